@@ -63,6 +63,8 @@ class Program:
                               stdin=subprocess.DEVNULL)
 
 
+# The file in a folder of results that describes the others.
+LISTS = {"run": "out/summary.json", "loop": "out/loop.json"}
 COMMANDS = {
     "import": ["import", "ball.nrrd", "--no-isolate", "--voxel", "1", "-o", "b.vdb"],
     "run": ["run", "scene.toml", "-o", "out", "--record", "session.kerf"],
@@ -89,10 +91,15 @@ def prepare(program, root, name, pictures=False):
                 assert handed.returncode == 0, handed.stderr
 
 
+def comparable(name, content):
+    """Returns the content without the unique number that OpenVDB gives each file."""
+    return content[:21] + content[57:] if name.endswith(".vdb") and len(content) > 57 else content
+
+
 def snapshot(root):
-    """Returns all files below the folder. The unique number that OpenVDB gives each file is left out."""
+    """Returns all files below the folder, as comparable() does."""
     files = {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file() and not path.is_symlink()}
-    return {name: content[:21] + content[57:] if name.endswith(".vdb") and len(content) > 57 else content for name, content in files.items()}
+    return {name: comparable(name, content) for name, content in files.items()}
 
 
 def list_attempts(path):

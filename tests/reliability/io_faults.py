@@ -4,13 +4,14 @@ failed call.
 
     tests/reliability/io_faults.py build/release/kerf build/release/tests/libkerf_io_faults.so [--most N] [--only COMMAND] [--write]
 
-After each failure, the exit code must be 1 with one sentence, or 0 with complete results; each file must be the complete old or new one, and
-nothing else in the folder may have changed. --most N: at most N calls of each kind, evenly spaced. --write: puts the
+After each failure, the exit code must be 1 with one sentence, or 0 with complete results; each file must be the complete old or new one; a
+folder with results of two runs must have no list of them; and nothing else in the folder may have changed. --most N: at most N calls of each kind, evenly spaced. --write: puts the
 table into docs/reliability.md. Exit code 1 if kerf did not survive a fault.
 """
 
 import argparse
 import errno
+import json
 import pathlib
 import re
 import shutil
@@ -19,7 +20,7 @@ import struct
 import sys
 import tempfile
 
-from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
+from faults import COMMANDS, LISTS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
 from page import write_results
 
 # Each fault is a kind of call, its error, and whether all later calls fail too.
@@ -95,13 +96,15 @@ class Case:
             # A recording that ended early is reported first, then other losses.
             assert len(said) == 1 or (len(said) == 2 and "session.kerf" in said[0]), f"{len(said)} messages: {said[:4]}"
         self.check_files(ended.returncode == 0, "the recording ended" in text)
+        if self.name in LISTS and ended.returncode == 1:
+            self.check_list(text)
 
     def check_files(self, done, shorter):
         """Checks the files in the folder. `shorter`: a loop ended with its recording, so its results are those of a
         shorter session."""
         now = snapshot(self.root)
         for path, content in self.before.items():
-            assert path in now or path not in self.reference or path.startswith(HISTORY), f"{path} is missing"
+            assert path in now or path not in self.reference or path in LISTS.values() or path.startswith(HISTORY), f"{path} is missing"
             if path.startswith(HISTORY):
                 continue
             assert path in self.reference or now.get(path) == content, f"{path} has changed"
@@ -123,6 +126,19 @@ class Case:
         if self.name == "hand-in":
             students = [student for student, _ in list_attempts(self.root / HISTORY)]
             assert students == ["Grace", "Ada"] or (not done and students == ["Grace"]), students
+
+    def check_list(self, text):
+        """Checks that a folder with results of two runs has no list, and that the message says so."""
+        now, results = snapshot(self.root), LISTS[self.name]
+        folder = results.rpartition("/")[0]
+        if results not in now:
+            assert "may have files of two runs, and has no " in text, f"{results} is missing: {text}"
+        elif now[results] == OLD:
+            new = [path for path in self.reference if path.startswith(f"{folder}/") and now[path] != OLD]
+            assert not new, f"{new} are new, and {results} is old"
+        else:
+            old = [name for name in json.loads(now[results])["files"] if now[f"{folder}/{name}"] == OLD]
+            assert self.name == "loop" and not old, f"{old} are old, and {results} is new"
 
     def check_recording(self, done):
         """Checks that the recording up to the fault can be opened, or that it is refused with one sentence if its

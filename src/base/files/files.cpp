@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
@@ -128,6 +129,7 @@ const std::string& PendingFile::temporary() const {
 void PendingFile::Commit() {
   try {
     state_->temporary->Flush();
+    state_->temporary->CheckName();  // before a batch takes it, so that a lost file does not hold up the others
     if (!FileBatch::Take(state_)) state_->temporary->RenameTo(state_->target);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: can't be written: {}", path(), e.what()));
@@ -147,32 +149,49 @@ fs::path FolderOf(const std::string& file) {
 }  // namespace
 
 struct FileBatch::State {
-  fs::path folder;
-  bool is_full = false;
-  std::vector<PendingFile::State> complete;
+  std::string folder;                        // as given
+  fs::path list;                             // target of the list
+  bool is_begun = false;                     // the earlier list is removed
+  std::vector<PendingFile::State> complete;  // without a temporary: renamed
 
-  /// Renames the files in the order in which they were completed, the last one only if all others were renamed: it may
-  /// be a list of them. Returns a message if that fails.
-  std::string Rename();
+  bool IsList(const PendingFile::State& file) const { return fs::path(file.target).lexically_normal() == list; }
+  bool ReplacesNothing() const;
+  /// Removes the earlier list and renames the other files, in the order in which they were completed.
+  void Rename();
+  void RenameOne(PendingFile::State& file) const;
 };
 
-std::string FileBatch::State::Rename() {
-  const RenamesTogether together;
-  std::string failure;
-  for (PendingFile::State& file : complete) {
-    if (&file == &complete.back() && !failure.empty()) break;
-    try {
-      file.temporary->RenameTo(file.target);
-    } catch (const Error& e) {
-      if (failure.empty()) failure = fmt::format("{}: can't be written: {}", file.path, e.what());
-    }
+void FileBatch::State::RenameOne(PendingFile::State& file) const {
+  try {
+    file.temporary->RenameTo(file.target);
+    file.temporary.reset();
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: can't be written: {}; {} may have files of two runs, and has no {}", file.path,
+                            e.what(), folder, list.filename().string()));
   }
-  complete.clear();
-  return failure;
 }
 
-FileBatch::FileBatch(const std::string& folder) : state_(std::make_unique<State>()) {
-  state_->folder = FolderOf(folder + "/file");
+void FileBatch::State::Rename() {
+  const RenamesTogether together;
+  for (const PendingFile::State& file : complete) {
+    try {
+      if (file.temporary != nullptr) file.temporary->CheckName();  // RemoveTemporaries() may have come first
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}: can't be written: {}", file.path, e.what()));
+    }
+  }
+  if (!is_begun && unlink(list.c_str()) != 0 && errno != ENOENT) {
+    throw Error(fmt::format("{}: can't be replaced: {}", list.string(), FormatErrno(errno)));
+  }
+  is_begun = true;
+  for (PendingFile::State& file : complete) {
+    if (file.temporary != nullptr && !IsList(file)) RenameOne(file);
+  }
+}
+
+FileBatch::FileBatch(const std::string& folder, const std::string& list) : state_(std::make_unique<State>()) {
+  state_->folder = folder;
+  state_->list = fs::path(FollowLinks(folder + "/" + list)).lexically_normal();
   const std::lock_guard lock(batches_mutex);
   batches.push_back(this);
 }
@@ -180,31 +199,57 @@ FileBatch::FileBatch(const std::string& folder) : state_(std::make_unique<State>
 FileBatch::~FileBatch() {
   const std::lock_guard lock(batches_mutex);
   std::erase(batches, this);
-  state_->Rename();  // Commit() reports a failure, if it is called before
+  try {
+    if (state_->ReplacesNothing()) state_->Rename();
+  } catch (const std::exception&) {  // the error that ended the work is reported
+  }
+}
+
+bool FileBatch::State::ReplacesNothing() const {
+  std::error_code ignored;
+  const auto replaces = [&](const auto& file) { return fs::exists(file.target, ignored); };
+  return !fs::exists(list, ignored) && std::none_of(complete.begin(), complete.end(), replaces);
+}
+
+bool FileBatch::ReplacesNothing() const {
+  const std::lock_guard lock(batches_mutex);
+  return state_->ReplacesNothing();
+}
+
+std::string FileBatch::Find(const std::string& path) const {
+  const std::lock_guard lock(batches_mutex);
+  for (const PendingFile::State& file : state_->complete) {
+    if (file.path == path && file.temporary != nullptr) return file.temporary->path();
+  }
+  return path;
 }
 
 bool FileBatch::Take(std::unique_ptr<PendingFile::State>& file) {
   const std::lock_guard lock(batches_mutex);
   for (FileBatch* batch : batches) {
     State& state = *batch->state_;
-    if (FolderOf(file->path) != state.folder || state.is_full) continue;
-    if (state.complete.size() == kMost) {
-      state.is_full = true;
-      const std::string failure = state.Rename();
-      if (!failure.empty()) throw Error(failure);
-      continue;
-    }
+    if (FolderOf(file->path) != FolderOf(state.folder + "/file")) continue;
     PendingFile::State& taken = state.complete.emplace_back(file->path, file->target);
     taken.temporary = std::move(file->temporary);
+    if (state.complete.size() > kMost) state.Rename();
     return true;
   }
   return false;
 }
 
-void FileBatch::Commit() {
+void FileBatch::Commit(const std::vector<std::string>& earlier) {
   const std::lock_guard lock(batches_mutex);
-  const std::string failure = state_->Rename();
-  if (!failure.empty()) throw Error(failure);
+  const RenamesTogether together;
+  state_->Rename();
+  for (const std::string& name : earlier) {
+    const auto is_new = [&](const auto& file) { return fs::path(file.path).filename() == name; };
+    const fs::path path = fs::path(state_->folder) / name;
+    if (std::none_of(state_->complete.begin(), state_->complete.end(), is_new)) unlink(path.c_str());
+  }
+  for (PendingFile::State& file : state_->complete) {
+    if (file.temporary != nullptr) state_->RenameOne(file);
+  }
+  *state_ = {state_->folder, state_->list, false, {}};
 }
 
 GrowingFile::GrowingFile(const std::string& path) : pending_(path) {

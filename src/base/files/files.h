@@ -62,20 +62,28 @@ class PendingFile {
 };
 
 /// While an object exists, the files of one folder that are complete replace earlier ones only together, with Commit():
-/// a program that is ended by a signal before leaves the folder as it was. The files may be written by several threads.
+/// if the work fails or a signal ends the program, the folder is as it was. The files may be written by several
+/// threads.
 class FileBatch {
  public:
-  static constexpr std::size_t kMost = 48;  // if there are more files, each is renamed as soon as it is complete
+  static constexpr std::size_t kMost = 200;  // if there are more files, each is renamed as soon as it is complete
 
-  /// `folder`: as in the paths of the files.
-  explicit FileBatch(const std::string& folder);
-  /// Does as Commit(), also if an exception ends the work, but reports no error.
+  /// `folder`: as in the paths of the files. `list`: name of the file that describes the others. It is removed before
+  /// the first file is replaced and renamed last: a folder with files of two runs, which only an error of the disk or a
+  /// loss of power while they are renamed can leave (or an error with more than kMost files), has no list.
+  FileBatch(const std::string& folder, const std::string& list);
+  /// If Commit() was not called: removes the files, or gives them their names if they and the list would replace none.
   ~FileBatch();
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
 
-  /// Renames the files, the one completed last only if all others could be renamed. Throws kerf::Error.
-  void Commit();
+  /// Returns true if there is neither an earlier list nor an earlier file of the same name as one that is complete.
+  bool ReplacesNothing() const;
+  /// Returns the path at which a complete file can be read before Commit().
+  std::string Find(const std::string& path) const;
+  /// Renames the files and removes those in `earlier`, names in the folder, that are not among them. Throws
+  /// kerf::Error.
+  void Commit(const std::vector<std::string>& earlier = {});
 
  private:
   friend class PendingFile;

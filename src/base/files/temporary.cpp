@@ -269,13 +269,17 @@ void Temporary::Flush() const {
   if (fsync(file_) != 0) throw Error(FormatErrno(errno));
 }
 
-void Temporary::RenameTo(const std::string& target) {
+void Temporary::CheckName() const {
   struct stat written {};
   struct stat named {};
   if (fstat(file_, &written) != 0 || lstat(path_.c_str(), &named) != 0) throw Error(FormatErrno(errno));
   if (written.st_ino != named.st_ino || written.st_dev != named.st_dev) {
     throw Error("another program has replaced its temporary file");
   }
+}
+
+void Temporary::RenameTo(const std::string& target) {
+  CheckName();
   // Keep an existing file's permissions: it may contain patient data.
   struct stat earlier {};
   if (stat(target.c_str(), &earlier) == 0 && S_ISREG(earlier.st_mode)) {

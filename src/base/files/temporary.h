@@ -37,10 +37,13 @@ class Temporary {
   /// Path for a writer that needs a name: /proc/self/fd/N, which refers to this file even if another file takes its
   /// name. Without /proc it is the file's name.
   const std::string& path_to_write() const { return path_to_write_.empty() ? path_ : path_to_write_; }
+  const std::string& path() const { return path_; }
   int file() const { return file_; }
   /// Writes the file's content to the disk; call it before RenameTo() if a loss of power must not leave an incomplete
   /// file. Throws kerf::Error that states only the reason.
   void Flush() const;
+  /// Throws kerf::Error that states only the reason unless the file still has its name.
+  void CheckName() const;
   /// Gives the file the permissions of an existing target, and renames it. Throws kerf::Error that states only the
   /// reason.
   void RenameTo(const std::string& target);

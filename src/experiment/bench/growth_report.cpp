@@ -141,8 +141,10 @@ void WriteGrowth(const GrowthReport& report, const std::string& folder) {
   }
   Image image;
   for (std::size_t i = 0; i < panels.size(); i += 2) AppendImage(JoinImages(panels[i], panels[i + 1]), image);
+  FileBatch results(folder, "growth.csv");
   WriteTextFile(folder + "/growth.csv", FormatCsv(GrowthColumns(), rows));
   WritePng(image, folder + "/growth.png");
+  results.Commit();
 }
 
 }  // namespace kerf

@@ -242,11 +242,13 @@ void CheckCalibrationInputNotOverwritten(const std::string& data_file, const std
 
 std::vector<std::string> WriteCalibration(const Calibration& c, const std::string& folder) {
   MakeFolder(folder);
+  FileBatch results(folder, "calibrate.json");
   const std::string in = folder + "/";
   WritePng(RenderCalibration(c), in + "fit.png");
   WriteTextFile(in + "law.toml", FormatLawBlock(c));
   WriteTextFile(in + "report.md", FormatCalibrationReport(c));
   WriteTextFile(in + "calibrate.json", FormatCalibrationJson(c));
+  results.Commit();
   return {std::begin(kFiles), std::end(kFiles)};
 }
 

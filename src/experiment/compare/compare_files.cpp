@@ -180,6 +180,7 @@ void CheckCompareInputsNotOverwritten(const Scene& scene, const std::string& sce
 
 std::vector<std::string> WriteComparison(const Comparison& c, const std::string& folder) {
   MakeFolder(folder);
+  FileBatch results(folder, "compare.json");
   const std::string in = folder + "/";
   WritePlot(MakeForceDepthPlot(c), in + "force_depth.png");
   WritePlot(MakeDifferencePlot(c), in + "difference.png");
@@ -187,6 +188,7 @@ std::vector<std::string> WriteComparison(const Comparison& c, const std::string&
   WriteTextFile(in + "compare.csv", FormatCompareCsv(c));
   WriteTextFile(in + "report.md", FormatCompareReport(c));
   WriteTextFile(in + "compare.json", FormatCompareJson(c));
+  results.Commit();
   return {std::begin(kFiles), std::end(kFiles)};
 }
 

@@ -154,8 +154,10 @@ std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, con
 }
 
 void WriteHour(const Hour& hour, const std::string& folder) {
+  FileBatch results(folder, "hour.csv");
   WriteTextFile(folder + "/hour.csv", FormatCsv(HourColumns(), hour.minutes));
   if (!hour.minutes.empty()) WritePng(RenderHour(hour), folder + "/hour.png");
+  results.Commit();
 }
 
 }  // namespace kerf

@@ -265,6 +265,7 @@ std::string FormatMapCsv(const StabilityStudy& s) {
 void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::string& folder) {
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder, "stability.json");
+  FileBatch results(folder, "stability.json");
   std::vector<std::string>& files = study.files;
   files = {"report.md", "stability.json"};
   const auto add = [&](const std::string& name) {
@@ -290,7 +291,7 @@ void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::s
   }
   WriteTextFile(folder + "/report.md", FormatStabilityReport(study));
   WriteTextFile(folder + "/stability.json", FormatStabilityJson(study));
-  RemoveStaleResults(folder, earlier, files);
+  results.Commit(earlier);
 }
 
 void CheckStabilityInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {

@@ -104,6 +104,7 @@ std::string FormatReport(const StudyResults& study, const std::vector<StudyFigur
 void WriteStudyReport(const StudyResults& study, const std::string& folder,
                       const std::function<void(const std::string&)>& progress) {
   const std::vector<std::string> earlier = ReadEarlierResults(folder, "study.json");
+  FileBatch results(folder, "study.json");
   std::vector<std::string> files;
   const auto write = [&](const std::string& name, const std::string& text) {
     WriteTextFile(folder + "/" + name, text);
@@ -123,7 +124,7 @@ void WriteStudyReport(const StudyResults& study, const std::string& folder,
   write("report.md", FormatReport(study, figures));
   // This file is written last, since it lists the contents of the folder.
   WriteTextFile(folder + "/study.json", FormatStudyJson(study, files));
-  RemoveStaleResults(folder, earlier, files);
+  results.Commit(earlier);
 }
 
 }  // namespace kerf

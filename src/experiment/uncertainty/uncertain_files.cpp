@@ -228,6 +228,7 @@ void CheckUncertainInputsNotOverwritten(const Scene& scene, const std::string& s
 std::vector<std::string> WriteUncertain(const UncertainRun& run, const UncertainResult& result,
                                         const std::string& folder, bool pictures) {
   MakeFolder(folder);
+  FileBatch results(folder, "uncertain.json");
   const std::string in = folder + "/";
   std::vector<std::string> files{"band.csv"};
   WriteTextFile(in + "band.csv", FormatBandCsv(result));
@@ -237,6 +238,7 @@ std::vector<std::string> WriteUncertain(const UncertainRun& run, const Uncertain
   }
   WriteTextFile(in + "report.md", FormatUncertainReport(run, result, pictures));
   WriteTextFile(in + "uncertain.json", FormatUncertainJson(run, result));
+  results.Commit();
   files.insert(files.end(), {"report.md", "uncertain.json"});
   return files;
 }

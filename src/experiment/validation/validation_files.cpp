@@ -212,6 +212,7 @@ std::string FormatValidationJson(const Validation& v) {
 
 std::vector<std::string> WriteValidation(const Validation& v, const std::string& folder) {
   MakeFolder(folder);
+  FileBatch results(folder, "validate.json");
   const std::string in = folder + "/";
   std::vector<std::string> files{"report.md", "values.csv", "trends.csv", "teeth.csv", "blades.csv"};
   for (const ValidationFigure& figure : MakeValidationFigures(v)) {
@@ -225,6 +226,7 @@ std::vector<std::string> WriteValidation(const Validation& v, const std::string&
   WriteTextFile(in + "report.md", FormatValidationReport(v));
   files.emplace_back("validate.json");
   WriteTextFile(in + files.back(), FormatValidationJson(v));
+  results.Commit();
   return files;
 }
 

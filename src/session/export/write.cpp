@@ -126,6 +126,7 @@ std::string FormatTransformFile(const Pose& X_WP) {
 std::vector<std::string> WriteExport(const ExportInput& input, const std::string& folder_path,
                                      const ExportOptions& options, const std::function<void(double)>& progress) {
   MakeFolder(folder_path);
+  FileBatch results(folder_path, "report.html");
   const export_detail::Prepared prepared = export_detail::Prepare(input, options);
   Folder folder(folder_path, progress, 7 + 3 * prepared.pieces.size() + input.pictures.size());
   // Reserved names for pieces and pictures.
@@ -144,6 +145,7 @@ std::vector<std::string> WriteExport(const ExportInput& input, const std::string
   }
   folder.Text("measures.csv", export_detail::FormatMeasuresCsv(input, prepared));
   folder.Text("report.html", export_detail::FormatReportHtml(input, prepared));
+  results.Commit();
   if (progress) progress(1);
   return folder.files();
 }

@@ -144,13 +144,14 @@ class ResultWriter {
     }
   }
   bool HasLost(const std::string& name) const { return std::find(lost_.begin(), lost_.end(), name) != lost_.end(); }
-  /// Throws kerf::Error with the reason of the first failure and the names of the other lost results.
-  void ThrowIfLost() const {
+  /// Throws kerf::Error with the reason of the first failure, the names of the other lost results, and `then`.
+  void ThrowIfLost(const std::string& then) const {
     if (lost_.empty()) return;
     // The message contains the first name, unless that describes several files.
     const bool is_named = first_.find(lost_.front()) != std::string::npos;
     const std::span<const std::string> others = std::span(lost_).subspan(is_named ? 1 : 0);
-    throw Error(others.empty() ? first_ : fmt::format("{}; also lost: {}", first_, fmt::join(others, ", ")));
+    const std::string also = others.empty() ? "" : fmt::format("; also lost: {}", fmt::join(others, ", "));
+    throw Error(first_ + also + then);
   }
 
  private:
@@ -547,6 +548,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
                      const std::function<void(const std::string&, double)>& progress, double surface_error_mm) {
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder, "loop.json");
+  FileBatch batch(folder, "loop.json");
   std::vector<std::string>& files = summary.files;
   files = {"report.md", "loop.json"};
   ResultWriter results;
@@ -569,8 +571,11 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);
   results.Write("report.md", [&] { WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true)); });
   results.Write("loop.json", [&] { WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary)); });
-  if (!results.HasLost("loop.json")) RemoveStaleResults(folder, earlier, files);
-  results.ThrowIfLost();
+  const bool has_list = !results.HasLost("loop.json");
+  if (has_list) results.Write("loop.json", [&] { batch.Commit(earlier); });
+  results.ThrowIfLost(has_list || batch.ReplacesNothing()
+                          ? ""
+                          : fmt::format("; {} keeps the results of an earlier session, and none of this one", folder));
 }
 
 void CheckLoopInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {

@@ -39,13 +39,4 @@ std::vector<std::string> ListPieceFiles(const std::string& folder, const std::ve
   return files;
 }
 
-void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
-                        const std::vector<std::string>& written) {
-  for (const std::string& name : earlier) {
-    if (std::find(written.begin(), written.end(), name) != written.end()) continue;
-    std::error_code ignored;
-    std::filesystem::remove(std::filesystem::path(folder) / name, ignored);
-  }
-}
-
 }  // namespace kerf

@@ -12,8 +12,5 @@ std::vector<std::string> ReadEarlierResults(const std::string& folder, const std
 /// Returns the paths of pieces that a run may write into the folder, of those that exist or have the name of one of
 /// `inputs`: how many pieces there will be is not known before the run.
 std::vector<std::string> ListPieceFiles(const std::string& folder, const std::vector<std::string>& inputs);
-/// Removes the files in `earlier` that are not in `written`.
-void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
-                        const std::vector<std::string>& written);
 
 }  // namespace kerf

@@ -12,7 +12,6 @@
 
 #include "base/files/files.h"
 #include "base/files/peak_memory.h"
-#include "base/files/temporary.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
@@ -210,7 +209,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   if (scene.output.bone) result.bone.set_note("cut_by_scene", scene.name);
 
-  FileBatch results(folder);
+  FileBatch results(folder, "summary.json");
   // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread.
   std::future<std::vector<std::string>> data =
       std::async(std::launch::async, [&] { return WriteData(scene, folder, result); });
@@ -283,9 +282,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.peak_memory_MB = ReadPeakMemory_MB();
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
-  const RenamesTogether together;
-  results.Commit();
-  RemoveStaleResults(folder, earlier, summary.files);
+  results.Commit(earlier);
   return summary;
 }
 

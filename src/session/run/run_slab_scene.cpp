@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
-#include "base/files/temporary.h"
 #include "bone/grid/slab_parts.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
@@ -153,7 +152,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   for (const std::string& warning : FindSlabRunWarnings(scene, summary)) summary.warnings.push_back(warning);
   const bool drawn = AreDrawn(scene, summary.warnings);
 
-  FileBatch results(folder);
+  FileBatch results(folder, "summary.json");
   const auto write_text = [&](const std::string& name, const std::string& text) {
     WriteTextFile(folder + "/" + name, text);
     summary.files.push_back(name);
@@ -182,9 +181,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   }
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSlabSummaryJson(scene, summary));
-  const RenamesTogether together;
-  results.Commit();
-  RemoveStaleResults(folder, earlier, summary.files);
+  results.Commit(earlier);
   return summary;
 }
 

@@ -61,7 +61,8 @@ std::vector<TriangleMesh> MakeSurfaces(const SlabParts& parts, std::size_t trian
 }
 
 /// Writes the files of a part. `surface`: on entry, the surface to write; on return, the surface as read back.
-PartFile WritePart(const Bone& part, const char* name, const PartsOptions& options, TriangleMesh& surface) {
+PartFile WritePart(const Bone& part, const char* name, const PartsOptions& options, const FileBatch& results,
+                   TriangleMesh& surface) {
   PartFile file;
   file.name = name;
   file.volume_mm3 = part.CalcVolume();
@@ -82,7 +83,7 @@ PartFile WritePart(const Bone& part, const char* name, const PartsOptions& optio
     file.files.push_back(fmt::format("{}.vdb", name));
     WriteBone(part, fmt::format("{}/{}", options.folder, file.files.back()));
   }
-  if (!written.empty()) surface = ReadMesh(written);
+  if (!written.empty()) surface = ReadMesh(results.Find(written));
   file.triangles = surface.triangles.size();
   file.surface_volume_mm3 = CalcEnclosedVolume(surface);
   file.open_edges = CountOpenEdges(surface);
@@ -170,6 +171,7 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   done(0.2);
   std::vector<TriangleMesh> surfaces = MakeSurfaces(parts, options.triangles);
   const FolderLock lock(options.folder);
+  FileBatch results(options.folder, "parts.json");
   PartsReport report;
   report.bone = options.bone_file;
   report.whole_mm3 = bone.CalcVolume();
@@ -180,7 +182,7 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   report.distance_mm = parts.distance_mm;
   const Bone* bones[] = {&parts.left, &parts.slice, &parts.right};
   for (std::size_t i = 0; i < 3; ++i) {
-    report.parts.push_back(WritePart(*bones[i], kNames[i], options, surfaces[i]));
+    report.parts.push_back(WritePart(*bones[i], kNames[i], options, results, surfaces[i]));
     report.sum_mm3 += report.parts[i].volume_mm3;
     done(0.4 + 0.2 * static_cast<double>(i));
   }
@@ -195,6 +197,7 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   }
   report.files.emplace_back("parts.json");
   WriteTextFile(options.folder + "/parts.json", FormatPartsJson(report));
+  results.Commit();
   done(1);
   return report;
 }

@@ -47,18 +47,21 @@ struct Command {
   const char* name;
   std::string arguments;
   bool earlier = true;
+  const char* list = nullptr;  // file that describes the others, if the command writes several into a folder
 };
 
 std::vector<Command> ListCommands() {
-  return {{"run", "run IN/effects.toml -o o"},
-          {"loop", "loop IN/effects.toml --virtual --seconds 1 -o o"},
+  return {{"run", "run IN/effects.toml -o o", true, "o/summary.json"},
+          {"run_slab", "run IN/slab.toml -o o", true, "o/summary.json"},
+          {"loop", "loop IN/effects.toml --virtual --seconds 1 -o o", true, "o/loop.json"},
+          {"slab", "slab IN/b.vdb --plane 0,0,4,1,0,0 --thickness 1 -o o", true, "o/parts.json"},
           {"model", "model block --size 8,8,8 -o b.vdb"},
           {"import", "import IN/b.stl -o b.vdb --voxel 0.2 --units mm"},
           {"export_stl", "export IN/b.vdb -o x.stl"},
           {"export_obj", "export IN/b.vdb -o x.obj"},
           {"export_ply", "export IN/b.vdb -o x.ply"},
           {"picture", "picture IN/b.vdb -o p.png"},
-          {"compare", "compare IN/s.toml -o o --repeat 1 --depth-step 0.5"},
+          {"compare", "compare IN/s.toml -o o --repeat 1 --depth-step 0.5", true, "o/compare.json"},
           {"tune", "tune s.toml --in-place --budget-us 1000000 --led --ticks 1000 --voxels 0.4,0.3", false},
           {"study", "study IN/study.toml -o o", false}};
 }
@@ -71,6 +74,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     for (const char* name : {"in", "whole", "small", "after"}) fs::create_directories(folder_ / name);
     Write("in/s.toml", kFullDiskScene);
     Write("in/effects.toml", kFullDiskScene + kEffects);
+    Write("in/slab.toml", kFullDiskScene + "[simulation]\nmode = \"slab\"\n");
     Write("in/study.toml", kStudy);
     ASSERT_EQ(Kerf("model block --size 8,8,8 -o in/b.vdb").code, 0);
     ASSERT_EQ(Kerf("export in/b.vdb -o in/b.stl").code, 0);
@@ -140,11 +144,20 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
       if (now == kOld || (name == "s.toml" && now == kFullDiskScene)) continue;
       ExpectWhole(name, now);
     }
-    // The earlier files are still there.
+    if (!GetParam().earlier) return;
+    // The earlier files are still there. If there is a list, all are old, or those in the new list are new: never some
+    // of each. (A loop writes what still fits.)
+    const auto is_old = [&](const std::string& file) { return Slurp(folder_ / place / file) == kOld; };
     for (const std::string& file : files_) {
-      if (GetParam().earlier) {
-        EXPECT_TRUE(fs::exists(folder_ / place / file)) << file;
+      EXPECT_TRUE(fs::exists(folder_ / place / file)) << file;
+      if (GetParam().list != nullptr && is_old(GetParam().list) && file != "s.toml") {
+        EXPECT_TRUE(is_old(file)) << file;
       }
+    }
+    if (GetParam().list == nullptr || is_old(GetParam().list)) return;
+    EXPECT_STREQ(GetParam().name, "loop");
+    for (const auto& name : nlohmann::json::parse(Slurp(folder_ / place / GetParam().list))["files"]) {
+      EXPECT_FALSE(is_old("o/" + name.get<std::string>())) << name;
     }
   }
 

@@ -104,36 +104,52 @@ TEST_F(Files, RemoveTemporariesRemovesOnlyFilesBeingWritten) {
 
 TEST_F(Files, FilesOfABatchReplaceEarlierOnesOnlyTogether) {
   MakeFolder(Path("out"));
-  WriteTextFile(Path("out/a.txt"), "old a");
-  WriteTextFile(Path("out/b.txt"), "old b");
+  for (const char* name : {"a.txt", "b.txt", "stale.txt", "list"}) WriteTextFile(Path("out/") + name, "old");
   {
-    FileBatch batch(Path("./out/"));
-    WriteTextFile(Path("out//a.txt"), "new a");
-    WriteTextFile(Path("out/b.txt"), "new b");
-    WriteTextFile(Path("out/c.txt"), "new c");
+    FileBatch batch(Path("./out/"), "list");
+    WriteTextFile(Path("out//list"), "new");
+    WriteTextFile(Path("out//a.txt"), "new");
+    WriteTextFile(Path("out/b.txt"), "new");
+    WriteTextFile(Path("out/c.txt"), "new");
     WriteTextFile(Path("elsewhere.txt"), "does not wait");
-    EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "old a");
-    EXPECT_EQ(ReadTextFile(Path("out/b.txt")), "old b");
+    for (const char* name : {"a.txt", "b.txt", "list"}) EXPECT_EQ(ReadTextFile(Path("out/") + name), "old");
+    EXPECT_EQ(ReadTextFile(batch.Find(Path("out/b.txt"))), "new");
     EXPECT_FALSE(fs::exists(Path("out/c.txt")));
     EXPECT_EQ(ReadTextFile(Path("elsewhere.txt")), "does not wait");
-    batch.Commit();
-    EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "new a");
-    EXPECT_EQ(ReadTextFile(Path("out/b.txt")), "new b");
-    EXPECT_EQ(ReadTextFile(Path("out/c.txt")), "new c");
-    WriteTextFile(Path("out/a.txt"), "newer a");
-    EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "new a");
+    batch.Commit({"b.txt", "stale.txt"});
+    for (const char* name : {"a.txt", "b.txt", "c.txt", "list"}) EXPECT_EQ(ReadTextFile(Path("out/") + name), "new");
+    EXPECT_EQ(batch.Find(Path("out/b.txt")), Path("out/b.txt"));
   }
-  EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "newer a");  // the destructor commits
+  EXPECT_EQ(CountFiles("out"), 4u);
   WriteTextFile(Path("out/a.txt"), "without a batch");
   EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "without a batch");
-  EXPECT_EQ(CountFiles("out"), 3u);
+}
+
+// Work that fails leaves either an earlier folder as it was or, if it would replace nothing, what it completed.
+TEST_F(Files, BatchThatIsNotCommittedReplacesNothing) {
+  for (const std::string earlier : {"", "a", "list"}) {
+    const std::string folder = Path("out_" + earlier);
+    MakeFolder(folder);
+    if (!earlier.empty()) WriteTextFile(folder + "/" + earlier, "old");
+    {
+      const FileBatch batch(folder, "list");
+      EXPECT_EQ(batch.ReplacesNothing(), earlier != "list");
+      WriteTextFile(folder + "/a", "new");
+      WriteTextFile(folder + "/b", "new");
+      EXPECT_EQ(batch.ReplacesNothing(), earlier.empty());
+    }
+    EXPECT_EQ(CountFiles("out_" + earlier), earlier.empty() ? 2u : 1u);
+    if (!earlier.empty()) {
+      EXPECT_EQ(ReadTextFile(folder + "/" + earlier), "old");
+    }
+  }
 }
 
 TEST_F(Files, SignalLeavesTheFilesThatABatchWouldHaveReplaced) {
   MakeFolder(Path("out"));
   const auto name = [&](std::size_t i) { return Path("out/" + std::to_string(i)); };
   for (std::size_t i = 0; i < FileBatch::kMost; ++i) WriteTextFile(name(i), "old");
-  FileBatch batch(Path("out"));
+  FileBatch batch(Path("out"), "list");
   for (std::size_t i = 0; i < FileBatch::kMost; ++i) WriteTextFile(name(i), "new");
   EXPECT_EQ(CountFiles("out"), 2 * FileBatch::kMost);
   RemoveTemporaries();
@@ -141,33 +157,39 @@ TEST_F(Files, SignalLeavesTheFilesThatABatchWouldHaveReplaced) {
   for (std::size_t i = 0; i < FileBatch::kMost; ++i) EXPECT_EQ(ReadTextFile(name(i)), "old");
 }
 
-TEST_F(Files, BatchWithTooManyFilesRenamesEachInOrder) {
-  FileBatch batch(folder_);
+TEST_F(Files, BatchWithTooManyFilesRenamesEachInOrderAndTheListLast) {
+  WriteTextFile(Path("list"), "old");
+  FileBatch batch(folder_, "list");
   const auto name = [&](std::size_t i) { return Path(std::to_string(i)); };
   for (std::size_t i = 0; i < FileBatch::kMost; ++i) WriteTextFile(name(i), "new");
   EXPECT_FALSE(fs::exists(name(0)));
   for (std::size_t i = FileBatch::kMost; i < FileBatch::kMost + 3; ++i) {
     WriteTextFile(name(i), "new");
     for (std::size_t j = 0; j <= i; ++j) EXPECT_TRUE(fs::exists(name(j))) << j << " of " << i;
+    EXPECT_FALSE(fs::exists(Path("list")));
   }
-  batch.Commit();
+  WriteTextFile(Path("list"), "new");
+  EXPECT_FALSE(fs::exists(Path("list")));
+  batch.Commit({"0"});
+  EXPECT_EQ(ReadTextFile(Path("list")), "new");
+  EXPECT_TRUE(fs::exists(name(0)));
 }
 
-TEST_F(Files, LastFileOfABatchIsRenamedOnlyIfAllOthersAre) {
-  for (const bool fails : {false, true}) {
-    WriteTextFile(Path("list"), "old");
-    FileBatch batch(folder_);
-    WriteTextFile(Path("a"), "new");
-    WriteTextFile(Path("b"), "new");
-    WriteTextFile(Path("list"), "new");
-    fs::remove(Path("a"));
-    if (fails) MakeFolder(Path("a/in_the_way"));
+TEST_F(Files, FolderInWhichARenameFailedHasNoList) {
+  MakeFolder(Path("out"));
+  for (const char* name : {"a", "b", "list"}) WriteTextFile(Path("out/") + name, "old");
+  {
+    FileBatch batch(Path("out"), "list");
+    for (const char* name : {"list", "a", "b"}) WriteTextFile(Path("out/") + name, "new");
+    fs::remove(Path("out/b"));
+    MakeFolder(Path("out/b/in_the_way"));
     const std::string message = test::MessageOf([&] { batch.Commit(); });
-    EXPECT_THAT(message, fails ? HasSubstr(Path("a") + ": can't be written: ") : HasSubstr(""));
-    EXPECT_EQ(message.empty(), !fails);
-    EXPECT_EQ(ReadTextFile(Path("list")), fails ? "old" : "new");
-    EXPECT_EQ(ReadTextFile(Path("b")), "new");
+    EXPECT_THAT(message, testing::StartsWith(Path("out/b") + ": can't be written: "));
+    EXPECT_THAT(message, testing::EndsWith("; " + Path("out") + " may have files of two runs, and has no list"));
   }
+  EXPECT_EQ(ReadTextFile(Path("out/a")), "new");
+  EXPECT_FALSE(fs::exists(Path("out/list")));
+  EXPECT_EQ(CountFiles("out"), 2u);
 }
 
 TEST_F(Files, SignalDuringTheRenamingLeavesAllFilesOldOrAllNew) {
@@ -175,7 +197,7 @@ TEST_F(Files, SignalDuringTheRenamingLeavesAllFilesOldOrAllNew) {
   for (int round = 0; round < 25; ++round) {
     const auto name = [&](std::size_t i) { return Path(std::to_string(i)); };
     for (std::size_t i = 0; i < kFiles; ++i) WriteTextFile(name(i), "old");
-    FileBatch batch(folder_);
+    FileBatch batch(folder_, "9");
     for (std::size_t i = 0; i < kFiles; ++i) WriteTextFile(name(i), "new");
     // What the handler does in another thread, at various times.
     std::thread handler([&] {
@@ -200,7 +222,7 @@ TEST_F(Files, LinkIsWrittenThroughEvenIfItsTargetIsMissing) {
 }
 
 TEST_F(Files, PathOfAFileInABatchStaysKnown) {
-  FileBatch batch(folder_);
+  FileBatch batch(folder_, "9");
   PendingFile file(Path("a"));
   file.Commit();
   EXPECT_EQ(file.path(), Path("a"));
