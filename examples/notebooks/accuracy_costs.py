@@ -1,7 +1,7 @@
 # %% [markdown]
 # # What accuracy costs
 #
-# Smaller voxels give a more accurate force and take more time. This notebook makes the same cut with voxels from 0.4 mm
+# Smaller voxels give a more accurate force and take more time. This notebook makes the same cut with voxels from 0.25 mm
 # to 0.05 mm and compares each force with the finest one. `kerf study` does this for many paths and settings
 # (docs/accuracy.md).
 
@@ -15,7 +15,7 @@ import kerf
 
 start = kerf.pose((-20, 0, 8), (1, 0, 0), -90)
 poses = kerf.line(start, (20, 0, 8), feed_mm_per_s=20)
-saw = kerf.Disc(diameter_mm=22, thickness_mm=0.5, teeth=24)
+saw = kerf.Disc(diameter_mm=22, thickness_mm=0.5, teeth=60)
 
 
 def cut(voxel_mm):
@@ -30,7 +30,7 @@ def cut(voxel_mm):
     return force, us, bone.memory_bytes() / 1e6, removed
 
 
-voxels = [0.4, 0.2, 0.14, 0.1, 0.07]
+voxels = [0.25, 0.2, 0.14, 0.1, 0.07]
 finest, _, _, _ = cut(0.05)
 rows = []
 for voxel_mm in voxels:

@@ -23,14 +23,14 @@ print("Young's modulus, MPa:       ", bone.modulus(points))
 
 # %% [markdown]
 # The saw stands upright: turned by -90 degrees about x, its spindle points along y. It starts beside the block, with its
-# lowest tooth 3 mm below the top, and moves 40 mm along x at 10 mm/s. `line()` gives a pose for each tick of 1 ms, and
+# lowest tooth 3 mm below the top, and moves 40 mm along x at 8 mm/s. `line()` gives a pose for each tick of 1 ms, and
 # `run()` makes all ticks in one call. The result is a table with a row for each tick.
 
 # %%
 start = kerf.pose((-20, 0, 8), (1, 0, 0), -90)
 saw = kerf.Disc(diameter_mm=22, thickness_mm=0.5, teeth=24)
 simulation = kerf.Simulation(bone, start, tool=saw)
-ticks = simulation.run(kerf.line(start, (20, 0, 8), feed_mm_per_s=10))
+ticks = simulation.run(kerf.line(start, (20, 0, 8), feed_mm_per_s=8))
 print(len(ticks), "ticks with the columns", ", ".join(ticks.dtype.names))
 
 # %%

@@ -19,13 +19,13 @@ scenes = next(folder for folder in folders if (folder / "slab_mandible.toml").is
 ct = pathlib.Path(os.environ.get("KERF_SCANS", "../shared/data")) / "visible_human_female/dicom"
 if ct.is_dir():
     scene = kerf.Scene.read(scenes / "visible_human_compare.toml")
-    bone, report = kerf.Bone.from_file(ct, voxel_mm=0.25)
+    bone, report = kerf.Bone.from_file(ct, voxel_mm=0.125)
     print("Visible Human Female:", bone)
     for warning in report["warnings"]:
         print("warning:", warning)
 else:
     scene = kerf.Scene.read(scenes / "slab_mandible.toml")
-    bone = kerf.Bone.mandible(voxel_mm=0.3)
+    bone = kerf.Bone.mandible(voxel_mm=0.125)
     print("generic mandible:", bone)
 
 # %% [markdown]

@@ -26,9 +26,6 @@ import kerf
 
 Array = NDArray[np.float32]
 
-# A step is too short to judge a simulation by; simulations of one's own show their warnings.
-warnings.filterwarnings("ignore", category=UserWarning, module=r"kerf\.envs")
-
 
 class Box:
     """A box of arrays, as Gymnasium's Box: low <= x <= high."""
@@ -109,12 +106,19 @@ class Task:
         self._simulation = kerf.HandSimulation(bone, self._handle, tool=saw, stiffness_N_per_mm=2)
         self._steps = 0
         self._ended = False
-        self._last = self._simulation.run(self._handle[None], dt=self.TICK_S, rpm=self.RPM)[-1]
+        self._last = self._run(self._handle[None])
         return self._observe(), self._info()
+
+    def _run(self, handles: Any) -> Any:
+        """Moves the handle. Returns the last tick. Shows no warning: a step is too short to judge a simulation by."""
+        simulation = self._running()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            return simulation.run(handles, dt=self.TICK_S, rpm=self.RPM, progress=False)[-1]
 
     def step(self, action: ArrayLike) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Moves the handle for 20 ms. Returns (observation, reward, terminated, truncated, info)."""
-        simulation = self._running()
+        self._running()
         if self._ended:
             raise kerf.Error("the episode has ended; call reset()")
         velocity = np.asarray(action, dtype=float)
@@ -124,7 +128,7 @@ class Task:
         handles = np.tile(self._handle, (self.STEP_TICKS, 1))
         handles[:, :3] += np.arange(1, self.STEP_TICKS + 1)[:, None] * (self.TICK_S * velocity)
         self._handle = handles[-1]
-        self._last = simulation.run(handles, dt=self.TICK_S, rpm=self.RPM, progress=False)[-1]
+        self._last = self._run(handles)
         self._steps += 1
         reward, terminated = self._judge()
         truncated = not terminated and self._steps * self.STEP_TICKS * self.TICK_S >= self.LIMIT_S

@@ -112,7 +112,7 @@ def check_language(prefix, folder):
     with drive.Display() as display:
         window = drive.Window(display, prefix / "bin/kerf", ["practise"], folder, environment)
         window.wait_state("the list in German", lambda state: state.get("menu", "").startswith("Übungen"))
-        window.close()
+        window.quit("close")
         window.wait_end()
 
 

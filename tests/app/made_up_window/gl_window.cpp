@@ -70,11 +70,14 @@ bool GlWindow::full_screen() const {
 }
 
 std::vector<WindowEvent> GlWindow::Poll(double wait_s) {
-  // Fewer frames than on a display: software draws them, and only pictures and the places of the panels are looked at.
+  // Fewer frames than on a display, because software draws them: a line of events has one at once, other frames wait.
   constexpr std::chrono::milliseconds kPause{30};
+  constexpr std::chrono::milliseconds kFrame{100};
   std::vector<WindowEvent> events;
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  const bool more = poll(&input, 1, wait_s > 0 ? std::max(static_cast<int>(1e3 * wait_s), 30) : 0) > 0;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(state_->polled + kFrame - std::chrono::steady_clock::now());
+  const int wait_ms = std::max(static_cast<int>(1e3 * wait_s), static_cast<int>(left.count()));
+  const bool more = poll(&input, 1, std::max(wait_ms, 0)) > 0;
   if (more) {
     // Each line has a frame of its own, however many wait.
     std::this_thread::sleep_until(state_->polled + kPause);
