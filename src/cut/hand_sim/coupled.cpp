@@ -236,6 +236,9 @@ StepWork CoupledInternals::Work(const CoupledSimulation& simulation) {
   const CoupledSimulation::State& s = *simulation.state_;
   return {s.cutter.effort(), s.edge.samples() + s.faces.samples(), s.field.spare_leaves()};
 }
+Pose CoupledInternals::ToolPose(const CoupledSimulation& simulation) {
+  return simulation.state_->last.X_WT;
+}
 void CoupledInternals::SupplyLeaves(CoupledSimulation& simulation, int least) {
   simulation.state_->field.Supply(std::max(simulation.state_->params.spare_leaves, least));
 }

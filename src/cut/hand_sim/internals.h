@@ -28,6 +28,7 @@ struct CoupledInternals {
   static CoupledSimulation Make(Bone bone, const ComparedParams& params, const Pose& X_WT_start);
   static EffectPlan& Effects(const CoupledSimulation& simulation);
   static StepWork Work(const CoupledSimulation& simulation);
+  static Pose ToolPose(const CoupledSimulation& simulation);  // after the last tick, or at the start
   static void SupplyLeaves(CoupledSimulation& simulation, int least);
   static void ClearChanged(CoupledSimulation& simulation, int first);
   static LeafHistory& KeepHistory(CoupledSimulation& simulation, int ring_leaves);

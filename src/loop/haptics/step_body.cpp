@@ -71,8 +71,9 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
   }
   if (tick.stands && step_.has_pose()) {
     tick.coupled.X_WT = tick.X_WH;  // where the tool is placed
-  } else if ((tick.faults & (kHapticReadFailed | kHapticBadSample)) != 0 && X_WT_) {
-    tick.coupled.X_WT = *X_WT_;  // the tool is stopped
+  } else if ((tick.faults & (kHapticReadFailed | kHapticBadSample)) != 0) {
+    // The tool is stopped. Nothing has moved it until a device is in the hand for the first time.
+    tick.coupled.X_WT = X_WT_.value_or(CoupledInternals::ToolPose(simulation_));
   }
   X_WT_ = tick.coupled.X_WT;
   if (step_.has_pose()) device_.TakeToolPose(*X_WT_);

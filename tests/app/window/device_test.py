@@ -2,10 +2,10 @@
 """Tests the window with a Novint Falcon that is emulated below libusb: a cut during which it is unplugged and plugged
 in again, with undo and redo; loss of the display during a cut; and an exercise with the device.
 
-    device_test.py KERF EMULATE_USB [PICTURE]
+    device_test.py KERF_MADE_UP EMULATE_USB KERF [PICTURE]
 
-PICTURE: file for a PNG of the window after unplugging, which docs/devices.md shows. Exit code 77: the test was
-skipped; it prints the reason."""
+KERF has a real window, for the loss of the display. PICTURE: file for a PNG of the window after unplugging, which
+docs/devices.md shows. Exit code 77: the test was skipped; it prints the reason."""
 
 import json
 import math
@@ -161,10 +161,10 @@ def practise(kerf, emulate):
 
 
 def main():
-    kerf, emulate = sys.argv[1:3]
-    rehearse(kerf, emulate, sys.argv[3] if len(sys.argv) > 3 else None)
+    made_up, emulate, kerf = sys.argv[1:4]
+    rehearse(made_up, emulate, sys.argv[4] if len(sys.argv) > 4 else None)
+    practise(made_up, emulate)
     lose_display(kerf, emulate)
-    practise(kerf, emulate)
     print("cut in the window with an emulated device: ok")
 
 

@@ -65,9 +65,9 @@ class Display:
             raise RuntimeError("Xvfb did not start")
         return ":" + name
 
-    def environment(self, kerf):
-        """Returns the environment of kerf on this display."""
-        return dict(os.environ) if is_made_up(kerf) else dict(os.environ, DISPLAY=self.name)
+    def environment(self, *command):
+        """Returns the environment of a command that runs kerf on this display."""
+        return dict(os.environ) if is_made_up(*command) else dict(os.environ, DISPLAY=self.name)
 
     def __enter__(self):
         return self
@@ -97,8 +97,9 @@ x.XSync(d, 0)
 """
 
 
-def is_made_up(kerf):
-    return pathlib.Path(kerf).name == "kerf_made_up"
+def is_made_up(*command):
+    """A device is emulated by another program, which runs that of the window."""
+    return any(pathlib.Path(word).name == "kerf_made_up" for word in command)
 
 
 class RealInput:
@@ -269,7 +270,7 @@ class Window:
         self.folder = pathlib.Path(folder)
         self.log = self.folder / "log.jsonl"
         self.log.unlink(missing_ok=True)
-        self.env = {**display.environment(kerf), **(environment or {})}
+        self.env = {**display.environment(kerf, *arguments), **(environment or {})}
         self.env.setdefault("LP_NUM_THREADS", "2")
         self.env["HOME"] = str(self.folder)  # a project that has no folder yet is saved there
         # Settings of its own, as after the tour.
@@ -280,7 +281,7 @@ class Window:
                 settings.write_text(json.dumps({"tour_shown": True, "language": "en", "save_folder": str(self.folder)}))
             self.env["XDG_CONFIG_HOME"] = str(self.folder / "config")
         self.out = open(self.folder / "out.txt", "w+")
-        made_up = is_made_up(kerf)
+        made_up = is_made_up(kerf, *arguments)
         self.process = subprocess.Popen([kerf, *arguments, "--log", str(self.log)], cwd=self.folder, env=self.env,
                                         stdout=self.out, stderr=self.out, stdin=subprocess.PIPE if made_up else subprocess.DEVNULL)
         self.may_fail = may_fail

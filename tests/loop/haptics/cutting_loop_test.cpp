@@ -117,6 +117,22 @@ TEST(CuttingLoop, AReaderThatMeshesEndsUpWithTheSameBone) {
   EXPECT_NE(mirror.bone().CalcHash(), before.CalcHash());
 }
 
+TEST(CuttingLoop, ToolStaysAtItsStartUntilTheFirstReading) {
+  CuttingStage s;
+  s.hand.nan_from_s = 0;
+  s.hand.nan_to_s = 0.01;
+  struct NoObserver : TickObserver {
+    void Enter(TickStage) noexcept override {}
+  } nobody;
+  LoopTick tick;
+  for (int i = 0; i < 5; ++i) {
+    s.body.Tick(0.001, nobody, tick);
+    EXPECT_NE(tick.faults & kHapticBadSample, 0);
+    EXPECT_EQ(tick.coupled.X_WT.p_AB, CuttingStage::Start().p_AB);
+    EXPECT_EQ(tick.coupled.X_WT.R_AB, CuttingStage::Start().R_AB);
+  }
+}
+
 TEST(CuttingLoop, UsesNoHeapAndGivesTheSameBitsTwice) {
   std::optional<std::uint64_t> hash;
   for (int run = 0; run < 2; ++run) {
