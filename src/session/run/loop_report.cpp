@@ -561,10 +561,11 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   // First write the data that were collected while the loop ran.
   WriteLogs(summary, folder, results);
   write_one("scene.toml", [&](const std::string& path) { WriteTextFile(path, ResolvedToml(scene)); });
-  if (kPicturesBuilt && !summary.virtual_time && !summary.lateness_bars.empty()) {
+  const bool can_draw = FindLackOfPictures().empty();
+  if (can_draw && !summary.virtual_time && !summary.lateness_bars.empty()) {
     write_one("lateness.png", [&](const std::string& path) { WritePlot(MakeLatenessPlot(summary), path); });
   }
-  if (kPicturesBuilt && !summary.force_curve.points().empty()) {
+  if (can_draw && !summary.force_curve.points().empty()) {
     write_one("force.png", [&](const std::string& path) { WritePlot(MakeLoopForcePlot(summary), path); });
   }
   // `before` is empty unless the bones were kept; `after` may be empty even if they were.

@@ -158,10 +158,10 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm, bool has_file,
 }
 
 bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings) {
-  if (scene.output.pictures && !kPicturesBuilt) {
-    warnings.emplace_back("No pictures: this kerf was built without them (KERF_WITH_PICTURES=OFF).");
-  }
-  return scene.output.pictures && kPicturesBuilt;
+  if (!scene.output.pictures) return false;
+  const std::string lack = FindLackOfPictures();
+  if (!lack.empty()) warnings.push_back(lack);
+  return lack.empty();
 }
 
 std::vector<double> CalcWaysApart(std::span<const double> places_mm, double gap_mm) {

@@ -67,8 +67,8 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
 /// the next: two pieces that an earlier cut has separated may lie on the same side of this one. Their mean is 0.
 std::vector<double> CalcWaysApart(std::span<const double> places_mm, double gap_mm);
 
-/// Returns true if the scene requests pictures and this build can draw them. If the build cannot, adds a sentence to
-/// `warnings`.
+/// Returns true if the scene requests pictures and this build and machine can draw them. If they can't, adds a sentence
+/// to `warnings`.
 bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings);
 
 /// Returns true if the scene's bone is in the patient's frame, which determines orientation and captions.

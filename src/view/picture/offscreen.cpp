@@ -17,6 +17,7 @@
 
 #include "base/files/memory.h"
 #include "kerf/error.h"
+#include "view/picture/picture.h"
 #include "view/picture/vtk_mesh.h"
 
 namespace kerf {
@@ -39,16 +40,21 @@ void CheckDriverMemory() {
                   what, static_cast<unsigned>(eglGetError())));
 }
 
+/// Returns the display, which is shared by the whole process.
+EGLDisplay StartDisplay() {
+  const auto get_display =
+      reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
+  if (get_display == nullptr) FailEgl("EGL does not support platform displays");
+  const EGLDisplay display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+  if (display == EGL_NO_DISPLAY) FailEgl("EGL provides no surfaceless display");
+  if (eglInitialize(display, nullptr, nullptr) != EGL_TRUE) FailEgl("the EGL display can't be started");
+  return display;
+}
+
 // OpenGL 3.3 core context that is current in this thread during its lifetime.
 class EglContext {
  public:
   EglContext() {
-    const auto get_display =
-        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
-    if (get_display == nullptr) FailEgl("EGL does not support platform displays");
-    display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    if (display_ == EGL_NO_DISPLAY) FailEgl("EGL provides no surfaceless display");
-    if (eglInitialize(display_, nullptr, nullptr) != EGL_TRUE) FailEgl("the EGL display can't be started");
     if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) FailEgl("EGL does not support desktop OpenGL");
     const EGLint config_wish[] = {EGL_SURFACE_TYPE,
                                   EGL_PBUFFER_BIT,
@@ -82,7 +88,7 @@ class EglContext {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
     eglDestroyContext(display_, context_);
-    // The display is shared by the whole process. It stays initialised because another thread may be drawing on it.
+    // The display stays initialised because another thread may be drawing on it.
   }
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
@@ -91,12 +97,26 @@ class EglContext {
   bool IsCurrent() const { return eglGetCurrentContext() == context_; }
 
  private:
-  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLDisplay display_ = StartDisplay();
   EGLContext context_ = EGL_NO_CONTEXT;
   EGLSurface surface_ = EGL_NO_SURFACE;
 };
 
 }  // namespace
+
+std::string FindLackOfPictures() {
+  try {
+    CheckDriverMemory();
+  } catch (const Error&) {
+    return {};
+  }
+  try {
+    StartDisplay();
+  } catch (const Error&) {
+    return "No pictures: this machine has no OpenGL driver (apt-get install libegl-mesa0 libgl1-mesa-dri).";
+  }
+  return {};
+}
 
 struct OffscreenWindow::State {
   ExitOnBadAlloc ends;  // destroyed last

@@ -100,6 +100,9 @@ ViewFrame CalcViewFrame(const PictureSpec& spec);
 Image RenderPicture(const PictureSpec& spec);
 /// True if this build can draw, i.e. was built with KERF_WITH_PICTURES.
 extern const bool kPicturesBuilt;
+/// Returns a sentence that says why this build or this machine can't draw; empty if it can. Drawing itself
+/// reports a lack of memory.
+std::string FindLackOfPictures();
 /// Writes RenderPicture() as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);
 

@@ -10,13 +10,14 @@
 #include <utility>
 
 #include "base/core/hash.h"
+#include "base/files/installed.h"
 #include "view/ui/imgui_colours.h"
 #include "view/ui/ui_prop.h"
 
 namespace kerf {
 namespace {
 
-constexpr char kFontFolder[] = "/usr/share/fonts/truetype/dejavu/";
+constexpr char kFontFolder[] = "/fonts/truetype/dejavu/";
 constexpr float kDoubleClick_s = 0.3f;  // between the clicks of a double click
 constexpr float kAnyTime_s = 1e6f;
 constexpr double kNormal = 15;  // size of text, points
@@ -210,7 +211,8 @@ void Ui::LoadFonts() {
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
   const auto load = [&](const char* file, double points, const ImWchar* letters) -> ImFont* {
-    const std::string path = std::string(kFontFolder) + file;
+    std::string path = FindShareFolder() + kFontFolder + file;  // a portable installation has its own
+    if (!std::filesystem::exists(path)) path = std::string("/usr/share") + kFontFolder + file;
     if (!std::filesystem::exists(path)) return nullptr;
     ImFontConfig config;
     config.OversampleH = 1;

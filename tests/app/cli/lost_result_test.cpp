@@ -53,6 +53,18 @@ TEST_F(LostResult, PictureThatCannotBeWrittenDoesNotPreventTheOthers) {
   EXPECT_THAT(Slurp(folder_ / "out/report.md"), Not(HasSubstr("after.png")));
 }
 
+TEST_F(LostResult, WithoutADriverAllButPicturesIsWritten) {
+  for (const char* command : {"run s.toml -o run", "loop s.toml --virtual --seconds 0.6 -o loop"}) {
+    const ProgramResult result = KerfWithin("__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent", command);
+    EXPECT_EQ(result.code, 0) << command;
+    EXPECT_THAT(result.err, HasSubstr("No pictures: this machine has no OpenGL driver")) << command;
+  }
+  for (const std::string folder : {"run/", "loop/"}) {
+    for (const char* name : {"forces.csv", "bone.vdb", "piece_1.stl"}) EXPECT_TRUE(Exists(folder + name)) << folder;
+    for (const char* name : {"before.png", "force.png"}) EXPECT_FALSE(Exists(folder + name)) << folder;
+  }
+}
+
 /// The test uses one core, because each thread takes address space. Without memory, Mesa's driver ends the program or
 /// crashes, so drawing requires some free memory.
 TEST_F(LostResult, LackOfMemoryForDrawingIsReported) {

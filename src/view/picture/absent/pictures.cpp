@@ -15,6 +15,9 @@ namespace {
 }  // namespace
 
 const bool kPicturesBuilt = false;
+std::string FindLackOfPictures() {
+  return "No pictures: this kerf was built without them (KERF_WITH_PICTURES=OFF).";
+}
 Layout::Layout(const PictureSpec&) {
   Fail();
 }
