@@ -5,6 +5,7 @@
 #include "bone/import/dicom_input.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/image_file.h"
+#include "bone/import/isolate.h"
 #include "bone/import/label_image.h"
 #include "bone/import/write_dicom_segments.h"
 
@@ -57,6 +58,9 @@ DicomSegments ReadDicomSegments(const std::string&, double) {
   Fail();
 }
 LayeredImage ReadLayeredImage(const std::string&, const std::string&, double) {
+  Fail();
+}
+Isolation Isolate(const Volume&, const IsolateOptions&, const std::function<void(double)>&) {
   Fail();
 }
 std::string FindLabelObjection(std::span<const std::int16_t>, bool, std::size_t) {
