@@ -24,7 +24,7 @@ def find_program() -> str:
     if given:
         return given
     here = pathlib.Path(__file__).parent
-    for candidate in (pathlib.Path(_kerf.__file__).parent / "../../kerf", here / "../../../../bin/kerf"):
+    for candidate in (here / "_installed/bin/kerf", pathlib.Path(_kerf.__file__).parent / "../../kerf", here / "../../../../bin/kerf"):
         if candidate.is_file():
             return str(candidate.resolve())
     found = shutil.which("kerf")
