@@ -52,11 +52,16 @@ def _call(arguments: Sequence[str], codes: tuple[int, ...] = (0,), progress: Any
         document = _parse(text) if process.returncode in codes else None
         if document is None:
             messages.seek(0)
-            lines = messages.read().decode(errors="replace").strip().splitlines()
-            sentence = next((line for line in reversed(lines) if line.startswith("kerf: ")), "")
-            sentence = sentence.removeprefix("kerf: ").removeprefix("error: ")
-            raise _kerf.Error(sentence or f"'{' '.join(command)}' ended with exit code {process.returncode}")
+            raise _make_error(messages.read(), command, process.returncode)
     return document
+
+
+def _make_error(messages: bytes, command: Sequence[str], code: int) -> Exception:
+    """Returns kerf.Error with the program's last message."""
+    lines = messages.decode(errors="replace").strip().splitlines()
+    sentence = next((line for line in reversed(lines) if line.startswith("kerf: ")), "")
+    sentence = sentence.removeprefix("kerf: ").removeprefix("error: ")
+    return _kerf.Error(sentence or f"'{' '.join(command)}' ended with exit code {code}")
 
 
 def _parse(text: str) -> dict[str, Any] | None:
@@ -139,10 +144,13 @@ def study(study_file: Any = None, jobs: int = 0, errors_only: bool = False, cost
 
 
 def _write_default_study(path: pathlib.Path) -> None:
+    command = [find_program(), "study", "--defaults"]
     try:
-        text = subprocess.run([find_program(), "study", "--defaults"], capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise _kerf.Error(f"the program {find_program()} does not give its default study: {error}") from None
+        text = subprocess.run(command, capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
+    except OSError as error:
+        raise _kerf.Error(f"the program {command[0]} cannot be started: {error.strerror}") from None
+    except subprocess.CalledProcessError as error:
+        raise _make_error(error.stderr, command, error.returncode) from None
     path.write_bytes(text)
 
 
