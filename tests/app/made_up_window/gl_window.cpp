@@ -75,7 +75,8 @@ std::vector<WindowEvent> GlWindow::Poll(double wait_s) {
   constexpr std::chrono::milliseconds kFrame{100};
   std::vector<WindowEvent> events;
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(state_->polled + kFrame - std::chrono::steady_clock::now());
+  const auto left =
+      std::chrono::ceil<std::chrono::milliseconds>(state_->polled + kFrame - std::chrono::steady_clock::now());
   const int wait_ms = std::max(static_cast<int>(1e3 * wait_s), static_cast<int>(left.count()));
   const bool more = poll(&input, 1, std::max(wait_ms, 0)) > 0;
   if (more) {

@@ -123,10 +123,10 @@ TEST(CuttingLoop, ToolStaysAtItsStartUntilTheFirstReading) {
   s.hand.nan_to_s = 0.01;
   struct NoObserver : TickObserver {
     void Enter(TickStage) noexcept override {}
-  } nobody;
+  } observer;
   LoopTick tick;
   for (int i = 0; i < 5; ++i) {
-    s.body.Tick(0.001, nobody, tick);
+    s.body.Tick(0.001, observer, tick);
     EXPECT_NE(tick.faults & kHapticBadSample, 0);
     EXPECT_EQ(tick.coupled.X_WT.p_AB, CuttingStage::Start().p_AB);
     EXPECT_EQ(tick.coupled.X_WT.R_AB, CuttingStage::Start().R_AB);
