@@ -34,6 +34,7 @@
 #include "session/run/run_scene.h"
 #include "session/run/session_recorder.h"
 #include "session/scene/schema.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -407,7 +408,9 @@ void Run(const AssessArguments& options) {
       taken.cut_states.push_back(CalcCutState(subject.before, subject.after, plane));
     }
     StageBars bars;
-    if (!options.no_pictures && kPicturesBuilt) {
+    const std::string lack = options.no_pictures ? "" : FindLackOfPictures();
+    if (!lack.empty()) SayWarning("{}", lack);
+    if (!options.no_pictures && lack.empty()) {
       bars.Show("drawing", 0);
       taken.pictures = DrawAssessment(subject.title, assessment, *pieces, subject.of_patient);
     }

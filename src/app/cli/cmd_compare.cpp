@@ -16,6 +16,7 @@
 #include "experiment/compare/conclusion.h"
 #include "kerf/error.h"
 #include "session/scene/scene.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -54,6 +55,7 @@ void Run(const CompareArguments& options) {
   } catch (const Error& e) {
     throw CLI::ValidationError("--laws", e.what());  // CLI11 has checked the numbers
   }
+  RequirePictures();
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsNotOverwritten(scene, options.scene, options.folder);
   const FolderLock lock(options.folder);  // taken before the long computation

@@ -17,6 +17,7 @@
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/write_parts.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -113,7 +114,9 @@ void Run(SlabArguments& options) {
   options.parts.obj = wanted("obj");
   options.parts.stl = wanted("stl");
   options.parts.vdb = wanted("vdb");
-  options.parts.picture = !options.no_picture;
+  const std::string lack = options.no_picture ? "" : FindLackOfPictures();
+  if (!lack.empty()) SayWarning("{}", lack);
+  options.parts.picture = !options.no_picture && lack.empty();
   options.parts.plane_file = options.plane_markups;
   if (!options.plane_markups.empty()) options.cut.plane = ReadPlaneMarkups(options.plane_markups);
   PartsReport report;

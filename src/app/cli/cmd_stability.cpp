@@ -22,6 +22,7 @@
 #include "experiment/stability_study/sweep.h"
 #include "kerf/error.h"
 #include "session/scene/scene.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -165,6 +166,7 @@ void Run(StabilityArguments& options) {
   if (options.profiles) return RunProfiles(options, scene);
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
+    RequirePictures();
     CheckStabilityInputsNotOverwritten(scene, options.scene, options.folder);
     lock.emplace(options.folder);  // taken before the long computation
   }

@@ -21,6 +21,7 @@
 #include "experiment/study/settings.h"
 #include "experiment/study/study_report.h"
 #include "kerf/error.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -137,6 +138,7 @@ void Work(StudyArguments& options, const StudyWork& work) {
   options.run.errors = !options.costs_only;
   options.run.costs = !options.errors_only;
   if (options.dry_run) return PrintPlan(options, MakePlan(spec, work.variant_of));
+  if (!options.run.shard) RequirePictures();
   options.run.command = fmt::format("kerf study {}", std::filesystem::path(options.inputs.front()).filename().string());
   options.run.stop = &CatchInterrupt();
   options.run.warn = PrintWarning;

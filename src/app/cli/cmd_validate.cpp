@@ -12,6 +12,7 @@
 #include "experiment/validation/validation.h"
 #include "experiment/validation/validation_files.h"
 #include "kerf/error.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -47,6 +48,7 @@ std::string CheckNotEmptyName(const std::string& text) {
 }
 
 void Run(const ValidateArguments& options) {
+  RequirePictures();
   std::vector<ForceLaw> laws;
   try {
     laws = ChooseLaws(options.laws);

@@ -16,6 +16,7 @@
 #include "experiment/uncertainty/uncertain_files.h"
 #include "kerf/error.h"
 #include "session/scene/warnings.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -75,6 +76,7 @@ void RunUncertainCommand(const UncertainArguments& options, const UncertainReque
   const Scene scene = ReadScene(request.scene);
   for (const std::string& warning : FindWarnings(scene, 0)) SayWarning("{}", warning);
   if (shard) return WriteShard(scene, options, *shard, request);
+  if (scene.output.pictures && !request.no_pictures) RequirePictures();
   CheckUncertainInputsNotOverwritten(scene, request.scene, request.folder);
   const FolderLock lock(request.folder);
   if (!options.merge) return FinishUncertain(Compute(scene, options.params, shard), scene, request);

@@ -35,7 +35,7 @@ double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double are
 /// Checks, before any work is done, that no file would replace the bone's or the plane's file.
 void CheckPartsInputsNotOverwritten(const PartsOptions& options) {
   std::vector<std::string> outputs{options.folder + "/parts.json"};
-  if (options.picture && kPicturesBuilt) outputs.push_back(options.folder + "/parts.png");
+  if (options.picture) outputs.push_back(options.folder + "/parts.png");
   for (const char* name : kNames) {
     for (const auto& [wanted, extension] :
          {std::pair{options.stl, "stl"}, std::pair{options.obj, "obj"}, std::pair{options.vdb, "vdb"}}) {
@@ -191,7 +191,7 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   report.section_mm2 = report.parts[1].volume_mm3 / cut.thickness_mm;
   report.left_face_mm2 = faces.left_mm2;
   report.right_face_mm2 = faces.right_mm2;
-  if (options.picture && kPicturesBuilt) {
+  if (options.picture) {
     WritePartsPicture(bone, std::move(surfaces), report, options.folder + "/parts.png");
     report.files.emplace_back("parts.png");
   }

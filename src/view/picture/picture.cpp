@@ -268,6 +268,9 @@ Image DrawScene(const PictureSpec& spec, const ViewFrame& frame, const PatientAx
 }  // namespace
 
 const bool kPicturesBuilt = true;
+void RequirePictures() {
+  if (const std::string lack = FindLackOfPictures(); !lack.empty()) throw Error(lack);
+}
 
 Image RenderPicture(const PictureSpec& spec) {
   const Layout layout(spec);

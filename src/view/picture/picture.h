@@ -103,6 +103,8 @@ extern const bool kPicturesBuilt;
 /// Returns a sentence that says why this build or this machine can't draw; empty if it can. Drawing itself
 /// reports a lack of memory.
 std::string FindLackOfPictures();
+/// Throws Error with that sentence: for commands that compute for long before they draw their figures.
+void RequirePictures();
 /// Writes RenderPicture() as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);
 

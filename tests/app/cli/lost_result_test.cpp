@@ -63,6 +63,11 @@ TEST_F(LostResult, WithoutADriverAllButPicturesIsWritten) {
     for (const char* name : {"forces.csv", "bone.vdb", "piece_1.stl"}) EXPECT_TRUE(Exists(folder + name)) << folder;
     for (const char* name : {"before.png", "force.png"}) EXPECT_FALSE(Exists(folder + name)) << folder;
   }
+  // A report with figures is refused before anything is computed.
+  const ProgramResult result = KerfWithin("__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent", "compare s.toml -o compare");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("No pictures: this machine has no OpenGL driver"));
+  EXPECT_FALSE(Exists("compare/compare.csv"));
 }
 
 /// The test uses one core, because each thread takes address space. Without memory, Mesa's driver ends the program or
