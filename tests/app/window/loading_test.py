@@ -88,6 +88,7 @@ def end_while_loading(display, kerf):
     folder = workspace()
     (folder / "fine.toml").write_text(FINE_MANDIBLE)
     w = start(display, kerf, folder, "fine.toml")
+    w.wait_event("opening")
     end(w, "signal")
     assert names(folder / "out") is None
     shutil.rmtree(folder)
