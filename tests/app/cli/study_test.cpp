@@ -132,6 +132,9 @@ TEST_F(Study, BadUsageIsReportedAndWritesNothing) {
   EXPECT_THAT(bad.err, HasSubstr("bad.toml:2:1: ticks_per_case = 1 is below 1000"));
   EXPECT_EQ(Kerf("study missing.toml -o out").code, 1);
   EXPECT_EQ(Kerf("study --merge -o out").code, 1);
+  const auto file = Kerf("study small.toml --merge -o out");
+  EXPECT_EQ(file.code, 2);
+  EXPECT_THAT(file.err, HasSubstr("small.toml is not a folder; give the folders of the shards, or none"));
   EXPECT_FALSE(Exists("out"));
 }
 

@@ -41,6 +41,12 @@ TEST(CheckScene, RefusesTheSameLayersAsMakingTheBlock) {
   }
 }
 
+TEST(CheckScene, DescribesABlockWithAndWithoutLayers) {
+  EXPECT_THAT(CheckWholeScene(ParseScene(MakeBlockScene(), "s.toml")).bone, HasSubstr("3 mm, one region, voxels"));
+  const std::string layer = WithLayers("[[bone.block.layer]]\nthickness_mm = 3\nregion = 24\n");
+  EXPECT_THAT(CheckWholeScene(ParseScene(layer, "s.toml")).bone, HasSubstr("3 mm, 1 layer, voxels"));
+}
+
 // The block is 6 x 4 x 3 mm, with its top at z = 0.
 TEST(CheckScene, RefusesAnExerciseBesideItsBone) {
   const auto check = [](const std::string& start, const std::string& end, const char* bone = "") {
