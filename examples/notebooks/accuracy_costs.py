@@ -21,10 +21,12 @@ saw = kerf.Disc(diameter_mm=22, thickness_mm=0.8, teeth=60)
 def cut(voxel_mm):
     """Returns the force over the path, the time per tick, and the bone's memory."""
     bone = kerf.Bone.block(size_mm=(20, 8, 10), layers=[(2.5, 24), (7.5, 32)], voxel_mm=voxel_mm)
-    simulation = kerf.Simulation(bone, start, tool=saw)
-    began = time.perf_counter()
-    ticks = simulation.run(poses)
-    us = 1e6 * (time.perf_counter() - began) / len(ticks)
+    us = np.inf
+    for _ in range(5):  # the shortest time is the least disturbed one
+        simulation = kerf.Simulation(bone, start, tool=saw)
+        began = time.perf_counter()
+        ticks = simulation.run(poses)
+        us = min(us, 1e6 * (time.perf_counter() - began) / len(ticks))
     force = np.stack([ticks[f"force_{axis}_N"] for axis in "xyz"], axis=1)
     removed = sum(simulation.removed_by_region_mm3().values())
     return force, us, bone.memory_bytes() / 1e6, removed
