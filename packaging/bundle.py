@@ -1,5 +1,5 @@
 """Copies the libraries of programs beside them, so that they run on any x86-64 Linux with glibc 2.36 and libstdc++ of GCC 12
-(tools/package --portable, packaging/wheel_backend.py)."""
+(tools/package --portable, python/wheel_backend.py)."""
 
 import os
 import pathlib

@@ -269,7 +269,8 @@ Image DrawScene(const PictureSpec& spec, const ViewFrame& frame, const PatientAx
 
 const bool kPicturesBuilt = true;
 void RequirePictures() {
-  if (const std::string lack = FindLackOfPictures(); !lack.empty()) throw Error(lack);
+  if (const std::string lack = FindLackOfPictures(); !lack.empty())
+    throw Error("nothing was computed, because the report has figures. " + lack);
 }
 
 Image RenderPicture(const PictureSpec& spec) {

@@ -103,7 +103,7 @@ extern const bool kPicturesBuilt;
 /// Returns a sentence that says why this build or this machine can't draw; empty if it can. Drawing itself
 /// reports a lack of memory.
 std::string FindLackOfPictures();
-/// Throws Error with that sentence: for commands that compute for long before they draw their figures.
+/// Throws Error with that sentence. For commands with figures in their report, before they compute.
 void RequirePictures();
 /// Writes RenderPicture() as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);

@@ -14,16 +14,18 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import sysconfig
 import tarfile
 import tomllib
 import zipfile
 
-import bundle
-
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "packaging"))
+import bundle  # noqa: E402
+
 BUILD = ROOT / "build/wheel"
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PROJECT = tomllib.loads((ROOT / "python/pyproject.toml").read_text())["project"]
 VERSION = ".".join(re.findall(r"define KERF_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)", (ROOT / "include/kerf/version.h").read_text()))
 NAME = f"{PROJECT['name']}-{VERSION}"
 METADATA = f"""Metadata-Version: 2.1
@@ -55,8 +57,9 @@ def build_sdist(sdist_directory, config_settings=None):
 
         for name in sorted(names):
             path = ROOT / name
-            if path.is_file() and not re.match(r"(build|out)/|PKG-INFO$|.*__pycache__/", name):
+            if path.is_file() and not re.match(r"(build|out)/|(PKG-INFO|pyproject.toml)$|.*__pycache__/", name):
                 add(name, path.read_bytes(), 0o755 if os.access(path, os.X_OK) else 0o644)
+        add("pyproject.toml", (ROOT / "python/pyproject.toml").read_bytes().replace(b'["."]', b'["python"]'), 0o644)
         add("PKG-INFO", METADATA.encode(), 0o644)
     return f"{NAME}.tar.gz"
 
