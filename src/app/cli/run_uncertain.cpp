@@ -45,8 +45,7 @@ UncertainRun Compute(const Scene& scene, const UncertainParams& params, const st
 void FinishUncertain(const UncertainRun& run, const Scene& scene, const UncertainRequest& request) {
   const UncertainResult result = CalcUncertainResult(run);
   if (run.head.nominal.peak_N == 0) SayWarning("no tooth cut bone on the path: all forces are 0");
-  const bool pictures = scene.output.pictures && !request.no_pictures;
-  const std::vector<std::string> files = WriteUncertain(run, result, request.folder, pictures);
+  const std::vector<std::string> files = WriteUncertain(run, result, request.folder, scene.output.pictures);
   if (request.json) {
     fmt::print("{}", FormatUncertainJson(run, result));
   } else {
@@ -73,10 +72,11 @@ void WriteShard(const Scene& scene, const UncertainArguments& options, Shard sha
 
 void RunUncertainCommand(const UncertainArguments& options, const UncertainRequest& request) {
   const std::optional<Shard> shard = ParseShard(options.shard);
-  const Scene scene = ReadScene(request.scene);
+  Scene scene = ReadScene(request.scene);
+  if (request.no_pictures) scene.output.pictures = false;
   for (const std::string& warning : FindWarnings(scene, 0)) SayWarning("{}", warning);
   if (shard) return WriteShard(scene, options, *shard, request);
-  if (scene.output.pictures && !request.no_pictures) RequirePictures();
+  if (scene.output.pictures) RequirePictures();
   CheckUncertainInputsNotOverwritten(scene, request.scene, request.folder);
   const FolderLock lock(request.folder);
   if (!options.merge) return FinishUncertain(Compute(scene, options.params, shard), scene, request);
