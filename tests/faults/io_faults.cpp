@@ -32,6 +32,7 @@
 #include <climits>
 #include <csignal>
 #include <cstdarg>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -287,7 +288,7 @@ void* Allocate(std::size_t size, std::size_t alignment) {
     if (const std::new_handler handler = std::get_new_handler()) handler();
     return nullptr;
   }
-  return alignment > alignof(max_align_t) ? __libc_memalign(alignment, size) : __libc_malloc(size == 0 ? 1 : size);
+  return alignment > alignof(std::max_align_t) ? __libc_memalign(alignment, size) : __libc_malloc(size == 0 ? 1 : size);
 }
 void* AllocateOrThrow(std::size_t size, std::size_t alignment) {
   void* memory = Allocate(size, alignment);
