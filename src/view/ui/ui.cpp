@@ -77,6 +77,40 @@ ImGuiKey ToImGuiKey(Key key) {
   }
 }
 
+// Dear ImGui 1.87 replaced the arrays of keys by events; 1.86 (Debian 12) has only the arrays.
+#if IMGUI_VERSION_NUM >= 18900
+void PrepareKeys(ImGuiIO& io) {
+  io.ConfigInputTrickleEventQueue = false;  // Ui::BeginFrame() decides which events a frame takes
+}
+void SetKey(ImGuiIO& io, ImGuiKey key, bool down) {
+  io.AddKeyEvent(key, down);
+}
+void SetModifiers(ImGuiIO& io, const WindowEvent& event) {
+  io.AddKeyEvent(ImGuiMod_Ctrl, event.control);
+  io.AddKeyEvent(ImGuiMod_Shift, event.shift);
+  io.AddKeyEvent(ImGuiMod_Alt, event.alt);
+}
+void ReleaseKeys(ImGuiIO& io) {
+  for (int key = ImGuiKey_NamedKey_BEGIN; key < ImGuiKey_NamedKey_END; ++key)
+    io.AddKeyEvent(static_cast<ImGuiKey>(key), false);
+}
+#else
+void PrepareKeys(ImGuiIO& io) {
+  for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+}
+void SetKey(ImGuiIO& io, ImGuiKey key, bool down) {
+  io.KeysDown[key] = down;
+}
+void SetModifiers(ImGuiIO& io, const WindowEvent& event) {
+  io.KeyCtrl = event.control;
+  io.KeyShift = event.shift;
+  io.KeyAlt = event.alt;
+}
+void ReleaseKeys(ImGuiIO& io) {
+  std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
+}
+#endif
+
 UiBox ToBox(const ImGuiWindow& window) {
   return {window.Pos.x, window.Pos.y, window.Size.x, window.Size.y};
 }
@@ -120,7 +154,7 @@ Ui::Ui() : state_(std::make_unique<State>()) {
   io.ConfigInputTextCursorBlink = false;  // the same picture at any time
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
-  for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+  PrepareKeys(io);
   state_->prop = vtkSmartPointer<UiProp>::New();
   ApplyTheme();
 }
@@ -256,16 +290,14 @@ bool Acts(const WindowEvent& event) {
 void Feed(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   ImGuiIO& io = ImGui::GetIO();
-  io.KeyCtrl = event.control;
-  io.KeyShift = event.shift;
-  io.KeyAlt = event.alt;
+  SetModifiers(io, event);
   const auto at = [&] { io.MousePos = {static_cast<float>(event.x), static_cast<float>(event.y)}; };
   switch (event.kind) {
     case Kind::kKeyDown:
-      if (Acts(event)) io.KeysDown[ToImGuiKey(event.key)] = true;
+      if (Acts(event)) SetKey(io, ToImGuiKey(event.key), true);
       break;
     case Kind::kKeyUp:
-      if (const ImGuiKey key = ToImGuiKey(event.key); key != ImGuiKey_COUNT) io.KeysDown[key] = false;
+      if (const ImGuiKey key = ToImGuiKey(event.key); key != ImGuiKey_COUNT) SetKey(io, key, false);
       break;
     case Kind::kText:
       io.AddInputCharacter(event.character);
@@ -284,7 +316,7 @@ void Feed(const WindowEvent& event) {
       break;
     case Kind::kFocus:
       if (!event.on) {
-        std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
+        ReleaseKeys(io);
         std::fill(std::begin(io.MouseDown), std::end(io.MouseDown), false);
       }
       break;
