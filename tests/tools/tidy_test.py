@@ -133,4 +133,7 @@ class Tidy(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    if shutil.which("clang-tidy-14") is None:
+        print("skipped: clang-tidy-14, which Debian 12 has, is not installed")
+        sys.exit(77)
     unittest.main()
