@@ -10,29 +10,36 @@
 
 namespace kerf::test {
 
+/// Returns the number with a decimal point. ({:#} gives 6.0 in fmt 9 and 6. in fmt 10, which is not TOML.)
+inline std::string Real(double value) {
+  const std::string text = fmt::format("{}", value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
 /// A block with its top face at z = 0, centred on the z axis.
 inline std::string BlockToml(const Vec3& size_mm, double voxel_mm) {
   return fmt::format(
-      "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = {:#}\nsize_y_mm = {:#}\nsize_z_mm = {:#}\nvoxel_mm = "
-      "{:#}\n",
-      size_mm.x, size_mm.y, size_mm.z, voxel_mm);
+      "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = {}\nsize_y_mm = {}\nsize_z_mm = {}\nvoxel_mm = "
+      "{}\n",
+      Real(size_mm.x), Real(size_mm.y), Real(size_mm.z), Real(voxel_mm));
 }
 
 /// A layer of the block, after its other keys; the first is at the top.
 inline std::string LayerToml(double thickness_mm, int region) {
-  return fmt::format("[[bone.block.layer]]\nthickness_mm = {:#}\nregion = {}\n", thickness_mm, region);
+  return fmt::format("[[bone.block.layer]]\nthickness_mm = {}\nregion = {}\n", Real(thickness_mm), region);
 }
 
 inline std::string SawToml(double diameter_mm, double thickness_mm, int teeth) {
-  return fmt::format("[tool]\ndiameter_mm = {:#}\nthickness_mm = {:#}\nteeth = {}\n", diameter_mm, thickness_mm, teeth);
+  return fmt::format("[tool]\ndiameter_mm = {}\nthickness_mm = {}\nteeth = {}\n", Real(diameter_mm), Real(thickness_mm),
+                     teeth);
 }
 
 /// A stroke of the path. `more`: further keys of it.
 inline std::string StrokeToml(const Vec3& start_mm, const Vec3& end_mm, double feed_mm_per_s, const Vec3& disc_normal,
                               const std::string& more = "") {
-  const auto list = [](const Vec3& v) { return fmt::format("[{:#}, {:#}, {:#}]", v.x, v.y, v.z); };
-  return fmt::format("[[path.stroke]]\nstart_mm = {}\nend_mm = {}\nfeed_mm_per_s = {:#}\ndisc_normal = {}\n{}",
-                     list(start_mm), list(end_mm), feed_mm_per_s, list(disc_normal), more);
+  const auto list = [](const Vec3& v) { return fmt::format("[{}, {}, {}]", Real(v.x), Real(v.y), Real(v.z)); };
+  return fmt::format("[[path.stroke]]\nstart_mm = {}\nend_mm = {}\nfeed_mm_per_s = {}\ndisc_normal = {}\n{}",
+                     list(start_mm), list(end_mm), Real(feed_mm_per_s), list(disc_normal), more);
 }
 
 /// Heights of the centre of the disc, which touches the block at 7.5 mm.
