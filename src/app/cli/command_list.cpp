@@ -86,7 +86,8 @@ void RemoveEmptyDefaults(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     const std::string value = option->get_default_str();
     const bool described = option->get_description().find("default") != std::string::npos;
-    if (described || value == "[]" || value == "nan") option->default_str("");
+    // CLI11 writes an empty list as [], and from 2.4 on as {}.
+    if (described || value == "[]" || value == "{}" || value == "nan") option->default_str("");
   }
   for (CLI::App* child : command.get_subcommands({})) RemoveEmptyDefaults(*child);
 }
