@@ -91,7 +91,7 @@ void SetModifiers(ImGuiIO& io, const WindowEvent& event) {
   io.AddKeyEvent(ImGuiMod_Alt, event.alt);
 }
 void ReleaseKeys(ImGuiIO& io) {
-  for (int key = ImGuiKey_NamedKey_BEGIN; key < ImGuiKey_NamedKey_END; ++key)
+  for (int key = ImGuiKey_NamedKey_BEGIN; key < ImGuiKey_GamepadStart; ++key)
     io.AddKeyEvent(static_cast<ImGuiKey>(key), false);
 }
 #else
