@@ -77,7 +77,7 @@ ImGuiKey ToImGuiKey(Key key) {
   }
 }
 
-// Dear ImGui 1.87 replaced the arrays of keys by events; 1.86 (Debian 12) has only the arrays.
+// Dear ImGui 1.86 (Debian 12) has arrays of keys. 1.87 replaced them by events; these names are those of 1.89.
 #if IMGUI_VERSION_NUM >= 18900
 void PrepareKeys(ImGuiIO& io) {
   io.ConfigInputTrickleEventQueue = false;  // Ui::BeginFrame() decides which events a frame takes
