@@ -52,11 +52,8 @@ struct StudyPathList {
 StudyPathList MakeStudyPaths(const std::vector<std::string>& names, const std::string& data_folder,
                              const std::string& cache_folder = "");
 std::vector<std::string> NamesOfStudyPaths();
-/// MakeScenePath() makes a study path from the bone and the path of a scene file: either up to the first stroke before
-/// which the tool is lifted out and set down, or with all strokes. It throws Error if the scene cannot be read.
-enum class SceneStrokes { kUntilLifted, kAll };
-StudyPath MakeScenePath(const std::string& name, const std::string& scene_file,
-                        SceneStrokes strokes = SceneStrokes::kUntilLifted);
+/// Makes a study path from the bone and all strokes of a scene file. Throws Error if the scene cannot be read.
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file);
 
 /// The reference for some settings: computed with the same law, material and coupling, and with everything else as fine
 /// as necessary.

@@ -15,7 +15,7 @@
 #include "session/scene/scene.h"
 
 namespace kerf {
-StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, SceneStrokes strokes) {
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file) {
   const Scene scene = ReadScene(scene_file);
   if (scene.coupling.params.blade_bends) {
     throw Error(fmt::format("{}: [coupling] blade_bends: the reference of a study has a rigid blade", scene_file));
@@ -27,15 +27,12 @@ StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, 
   path.coupling = MakeCoupledParams(scene).coupling;
 
   const auto way = std::make_shared<const Path>(MakePath(scene));
-  std::size_t last = 0;
-  for (; last + 1 < way->segments().size(); ++last) {
-    const PathSegment& next = way->segments()[last + 1];
-    if (!next.retract_before) continue;
-    if (strokes == SceneStrokes::kUntilLifted) break;
-    path.lifts_s.push_back(next.start_s);
+  for (const PathSegment& segment : way->segments()) {
+    if (segment.retract_before && segment.start_s > 0) path.lifts_s.push_back(segment.start_s);
   }
-  path.duration_s = way->segments()[last].end_s;
-  path.pose = [way, last](Holding, double t_s) {
+  path.duration_s = way->segments().back().end_s;
+  path.pose = [way](Holding, double t_s) {
+    const std::size_t last = way->segments().size() - 1;
     std::size_t segment = 0;
     const auto is_over = [&](const PathSegment& now, const PathSegment& next) {
       return t_s > now.end_s + (next.retract_before ? kSameTime_s : 0);

@@ -354,7 +354,7 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
     if (options.progress) options.progress(stage, fraction);
   };
   show("reading the scene", 0);
-  const StudyPath path = MakeScenePath("scene", scene_file, SceneStrokes::kAll);
+  const StudyPath path = MakeScenePath("scene", scene_file);
   StudySettings own = SettingsOf(scene, options.holding);
   if (scene.bone.source == BoneSource::kFile) {
     own.voxel_mm = ReadBone(scene.bone.file).voxel_mm();

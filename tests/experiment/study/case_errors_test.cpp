@@ -113,13 +113,14 @@ TEST(CaseErrors, FailureIsRecordedWithItsMessage) {
 // rounding and, in the coupled case, the tolerance of its solver.
 TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
   const test::Folder folder;
+  const std::string first = test::BlockToml({12, 9, 3}, 0.25) +
+                            test::StrokeToml({0, -1.5, 11.2}, {0, -1.5, 10.1}, 4.4, {0, 1, 0});
   const std::string file = folder.file("strokes.toml");
-  WriteTextFile(file, test::BlockToml({12, 9, 3}, 0.25) +
-                          test::StrokeToml({0, -1.5, 11.2}, {0, -1.5, 10.1}, 4.4, {0, 1, 0}) +
-                          test::StrokeToml({0, 1.5, 11.2}, {0, 1.5, 10.1}, 4.4, {0, 1, 0}));
-  EXPECT_TRUE(MakeScenePath("first", file).lifts_s.empty());
-  EXPECT_NEAR(MakeScenePath("first", file).duration_s, 0.25, 1e-12);
-  const StudyPath path = MakeScenePath("both", file, SceneStrokes::kAll);
+  WriteTextFile(folder.file("first.toml"), first);
+  WriteTextFile(file, first + test::StrokeToml({0, 1.5, 11.2}, {0, 1.5, 10.1}, 4.4, {0, 1, 0}));
+  const StudyPath one = MakeScenePath("first", folder.file("first.toml"));
+  EXPECT_TRUE(one.lifts_s.empty());
+  const StudyPath path = MakeScenePath("both", file);
   ASSERT_EQ(path.lifts_s.size(), 1u);
   EXPECT_NEAR(path.duration_s, 0.5, 1e-12);
   StudySettings settings;
@@ -142,7 +143,6 @@ TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
       EXPECT_LT(glm::distance(pass.f_W_N[250 + i], pass.f_W_N[i]), 1e-3 * max_N) << i;
     }
     // Both kerfs are present, so the volume is twice that of one.
-    const StudyPath one = MakeScenePath("first", file);
     EXPECT_NEAR(pass.removed_mm3, 2 * RunCasePass(one, holding, settings).removed_mm3, 1e-2 * pass.removed_mm3);
     EXPECT_NEAR(reference.removed_mm3, 2 * MakeStudyReference(one, holding, settings, 0.05, "", nullptr).removed_mm3,
                 1e-2 * reference.removed_mm3);
