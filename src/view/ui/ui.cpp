@@ -345,7 +345,8 @@ void Ui::BeginFrame(double dt_s) {
     expects_text_ = false;
     expected_frames_ = 0;
   }
-  std::set<int> changed;  // keys, and buttons as negative numbers
+  const ImVec2 placed = io.MousePos;  // in the last frame, rounded
+  std::set<int> changed;              // keys, and buttons as negative numbers
   bool pressed = false;
   bool acted = false;
   bool wrote = false;
@@ -359,6 +360,13 @@ void Ui::BeginFrame(double dt_s) {
     if (expects_text_ && clicks_wait_ && event.kind == Kind::kMouseDown) break;
     // After a press, the mouse stays in its place until the next frame.
     if (pressed && (button || event.kind == Kind::kMouseMove)) break;
+    // Before a press, it has been there for a frame: Dear ImGui 1.90 takes no click on a row that was not hovered
+    // before.
+    if (event.kind == Kind::kMouseDown && !(std::abs(placed.x - static_cast<float>(event.x)) < 1 &&
+                                            std::abs(placed.y - static_cast<float>(event.y)) < 1)) {
+      io.MousePos = {static_cast<float>(event.x), static_cast<float>(event.y)};
+      break;
+    }
     // In a frame, Dear ImGui takes the mouse first, then the text, then one key.
     if ((wrote && button) || (acted && (key || text))) break;
     const bool acts = key && Acts(event) && !event.repeat;
