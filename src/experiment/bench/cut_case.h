@@ -22,7 +22,7 @@ struct BenchOptions {
   int ticks = 5000;  // rounded up to whole cuts if several are needed
   int core = 0;
   bool realtime = false;    // ticks and baselines run with real-time priority
-  int baseline_ticks = 30;  // number of ticks of the OpenVDB baseline, which is slow
+  int baseline_ticks = 30;  // least number of ticks of each OpenVDB baseline, which are slow
   bool without_effects = false;
   std::function<void(const std::string& what, double fraction)> progress;
 };
@@ -93,7 +93,7 @@ struct BenchResult {
   std::string title;
   Percentiles times;                      // of all ticks, each timed as a whole; count 0 if nothing was timed
   Percentiles undisturbed;                // of the ticks in which the system did not interrupt the thread
-  std::optional<BaselineTimes> baseline;  // measured in the same run
+  std::optional<BaselineTimes> baseline;  // measured between the ticks, or after them (BenchBaseline::kDense)
   std::vector<BenchFigure> figures;
   std::vector<BenchTarget> targets;
   std::vector<double> stages_us;  // means, by TickStage; measured in a separate pass
@@ -121,11 +121,12 @@ class TickTimer {
     all_us_.reserve(ticks);
     undisturbed_us_.reserve(ticks);
   }
-  /// Writes the percentiles to result.times and result.undisturbed.
-  void Finish(BenchResult& result) const {
-    result.times = CalcPercentiles(all_us_);
-    result.undisturbed = CalcPercentiles(undisturbed_us_);
+  /// Returns the percentiles of the times from the `from`th on.
+  Percentiles CalcTimes(std::size_t from = 0) const {
+    return CalcPercentiles({all_us_.begin() + static_cast<std::ptrdiff_t>(from), all_us_.end()});
   }
+  Percentiles CalcUndisturbed() const { return CalcPercentiles(undisturbed_us_); }
+  std::size_t size() const { return all_us_.size(); }
 
  private:
   std::vector<double> all_us_;

@@ -85,7 +85,8 @@ BenchResult RunIdle(const BenchOptions& options) {
       }
     }
   }
-  timer.Finish(result);
+  result.times = timer.CalcTimes();
+  result.undisturbed = timer.CalcUndisturbed();
   result.figures.push_back({"ticks asleep", "%", 100 * asleep / static_cast<double>(result.times.count)});
   result.stages_us = stages.CalcMeans_us();
   return result;

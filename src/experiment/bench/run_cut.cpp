@@ -176,19 +176,72 @@ void CompareWithDense(const CutCase& cut, const Bone& fresh, const Bone& after, 
   result.figures.push_back({"removed against dense", "%", gone_mm3 > 0 ? -100 * difference.volume_mm3 / gone_mm3 : 0});
 }
 
-void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const BenchOptions& options,
-                 BenchResult& result) {
-  VdbCut vdb(bone);
-  const Vec3 step_W = cut.feed_mm_per_s * kTick_s * cut.X_WB.Vector(cut.direction_B);
-  std::vector<double> times_us;
-  // The first removal is not counted, because the caches are cold.
-  for (int i = 0; i <= options.baseline_ticks; ++i) {
-    const Pose X{X_WT.R_AB, X_WT.p_AB + static_cast<double>(i) * step_W};
-    const double us = TimeWork([&] { vdb.Cut(cut.tool, X); }).us();
-    if (i > 0) times_us.push_back(us);
+/// Times OpenVDB's own ways to remove the tool, in blocks between those of the ticks: both with the same clock, under
+/// the same load and frequency of the core.
+class OpenVdbBaselines {
+ public:
+  static constexpr int kBlocks = 5;
+
+  /// `bone`: as before the first block.
+  OpenVdbBaselines(const CutCase& cut, const Bone& bone, const BenchOptions& options)
+      : cut_(cut),
+        removals_((options.baseline_ticks + kBlocks - 1) / kBlocks),
+        ways_{Way(bone), Way(bone), Way(bone)} {}
+
+  /// Removes the tool at poses from X_WT on, as far apart as those of ticks. `ticks_us`: median of the ticks since the
+  /// last block.
+  void RunBlock(const Pose& X_WT, double ticks_us) {
+    const Vec3 step_W = cut_.feed_mm_per_s * kTick_s * cut_.X_WB.Vector(cut_.direction_B);
+    for (std::size_t k = 0; k < kWays; ++k) {
+      Way& way = ways_[k];
+      const std::size_t begin = way.timer.size();
+      for (int i = 0; i <= removals_; ++i) {
+        const Pose X{X_WT.R_AB, X_WT.p_AB + static_cast<double>(i) * step_W};
+        if (k == kAlone) way.vdb.MakeTool(cut_.tool, X);
+        const auto remove = [&] {
+          if (k == kWhole) way.vdb.MakeTool(cut_.tool, X);
+          if (k == kContact) return way.vdb.CutLeaves(cut_.tool, X);
+          way.vdb.RemoveTool();
+        };
+        // The first removal is not counted, because the caches are cold; the first tick after the block is.
+        if (i == 0) {
+          remove();
+        } else {
+          way.timer.Time(remove);
+        }
+      }
+      way.ratios.push_back(way.timer.CalcTimes(begin).p50_us / ticks_us);
+    }
   }
-  result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", CalcPercentiles(times_us)};
-}
+  void Report(BenchResult& result) const {
+    const Way& whole = ways_[kWhole];
+    result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", whole.timer.CalcTimes()};
+    constexpr const char* kNames[kWays] = {"the baseline", "csgDifference alone",
+                                           "OpenVDB, limited to the leaves in contact"};
+    for (std::size_t k = 0; k < kWays; ++k) {
+      const Way& way = ways_[k];
+      const std::string name = kNames[k];
+      const double p50_us = way.timer.CalcTimes().p50_us;
+      if (k != kWhole) result.figures.push_back({name + ", p50", "us", p50_us});
+      result.figures.push_back({"speedup over " + name, "", p50_us / result.times.p50_us});
+      const auto [least, most] = std::minmax_element(way.ratios.begin(), way.ratios.end());
+      result.figures.push_back({"speedup over " + name + ", least of the blocks", "", *least});
+      result.figures.push_back({"speedup over " + name + ", most of the blocks", "", *most});
+    }
+  }
+
+ private:
+  enum : std::size_t { kWhole, kAlone, kContact, kWays };
+  struct Way {
+    explicit Way(const Bone& bone) : vdb(bone) {}
+    VdbCut vdb;
+    TickTimer timer;
+    std::vector<double> ratios;  // of each block's median to that of the ticks before it
+  };
+  const CutCase& cut_;
+  int removals_;
+  std::array<Way, kWays> ways_;
+};
 
 /// The ticks that took long, by what happened in them; a new list of leaves is one in the last step of a tick.
 class LongTicks {
@@ -320,6 +373,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   timer.Reserve(static_cast<std::size_t>(passes) * static_cast<std::size_t>(in_pass));
   LongTicks long_ticks;
   long_ticks.Reserve(static_cast<std::size_t>(passes) * static_cast<std::size_t>(in_pass));
+  std::optional<OpenVdbBaselines> baselines;
   Trace trace;
   trace.X_WT.push_back(Pass::HandlePose(cut, 0));
   Bone after;
@@ -332,6 +386,9 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
       if (n == 0) trace.X_WT.push_back(out.X_WT);
     }
     const double removed_before = n == 0 ? Sum(pass.simulation().CalcRemovedByRegion()) : 0;
+    if (n == 0 && cut.baseline == BenchBaseline::kOpenVdb)
+      baselines.emplace(cut, pass.simulation().UpdateBone(), options);
+    std::size_t block_begin = timer.size();
     for (int i = 0; i < in_pass; ++i) {
       CoupledOutput out;
       const StepWork before = CoupledInternals::Work(pass.simulation());
@@ -340,6 +397,10 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
       if (n > 0) continue;
       Follow(cut, out, trace);
       trace.X_WT.push_back(out.X_WT);
+      if (!baselines || (i + 1) * OpenVdbBaselines::kBlocks / in_pass == i * OpenVdbBaselines::kBlocks / in_pass)
+        continue;
+      show("baseline", static_cast<double>(i) / in_pass / (passes + 2));
+      baselines->RunBlock(out.X_WT, timer.CalcTimes(std::exchange(block_begin, timer.size())).p50_us);
     }
     if (n == 0) trace.removed_mm3 = Sum(pass.simulation().CalcRemovedByRegion()) - removed_before;
     const std::uint64_t hash = pass.simulation().UpdateBone().CalcHash();
@@ -351,7 +412,9 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
     }
     same_hash = same_hash && hash == result.hash;
   }
-  timer.Finish(result);
+  result.times = timer.CalcTimes();
+  result.undisturbed = timer.CalcUndisturbed();
+  if (baselines) baselines->Report(result);
   if (!same_hash) throw Error(fmt::format("the passes of {} gave different bones; this is a bug in kerf", cut.name));
 
   // Timing the stages itself takes time, so it is done in a separate pass.
@@ -390,8 +453,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
     result.note = fmt::format("the tool fed at {:.3g} mm/s, not at {:.3g}", feed, cut.feed_mm_per_s);
   }
 
-  show("baseline", static_cast<double>(passes + 1) / (passes + 2));
-  if (cut.baseline == BenchBaseline::kOpenVdb) TimeOpenVdb(cut, after, trace.X_WT.back(), options, result);
+  show("dense array", static_cast<double>(passes + 1) / (passes + 2));
   if (cut.dense_all || cut.dense_edge_mm > 0) CompareWithDense(cut, fresh, after, trace, warm_up, result);
   return result;
 }

@@ -29,6 +29,21 @@ std::string ShowErrors(const BenchResult& r) {
   return fmt::format("{}", fmt::join(errors, "; "));
 }
 
+/// Formats how many times faster the tick is than the baseline and the other ways, with the range of the blocks.
+std::string ShowBaseline(const BenchResult& r) {
+  if (!r.baseline) return "";
+  std::string text = fmt::format("{} times faster than {} us ({})", ShowThree(r.TimesFaster()),
+                                 ShowThree(r.baseline->times.p50_us), r.baseline->what);
+  for (const BenchFigure& f : r.figures) {
+    constexpr std::string_view kBegin = "speedup over ";
+    const BenchFigure* const least = r.Find(f.what + ", least of the blocks");
+    if (least == nullptr) continue;
+    text += fmt::format("; {} ({} to {}) than {}", ShowThree(f.value), ShowThree(least->value),
+                        ShowThree(r.Find(f.what + ", most of the blocks")->value), f.what.substr(kBegin.size()));
+  }
+  return text;
+}
+
 bool IsOfTime(const BenchTarget& target) {
   return target.unit == "us";
 }
@@ -187,11 +202,8 @@ std::string FormatTickMarkdown(const TickReport& report) {
   for (const BenchResult& r : report.results) {
     const std::string times = fmt::format("{} / {} / {} / {}", ShowThree(r.times.p50_us), ShowThree(r.times.p99_us),
                                           ShowThree(r.times.p999_us), ShowThree(r.times.max_us));
-    table.Add({r.name, r.title, r.times.count > 0 ? times : "", ShowTimeLimits(r),
-               r.baseline ? fmt::format("{} times faster than {} us ({})", ShowThree(r.TimesFaster()),
-                                        ShowThree(r.baseline->times.p50_us), r.baseline->what)
-                          : "",
-               ShowErrors(r), r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : ""});
+    table.Add({r.name, r.title, r.times.count > 0 ? times : "", ShowTimeLimits(r), ShowBaseline(r), ShowErrors(r),
+               r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : ""});
   }
   std::string text = table.FormatMarkdown() + "\n";
   for (const BenchResult& r : report.results) text += ShowOtherTargets(r);

@@ -5,12 +5,17 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
 
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
 #include "cut/removal/carve.h"
 #include "experiment/bench/cut_cases.h"
 #include "experiment/bench/other_cases.h"
 #include "experiment/bench/tick_cases.h"
 #include "experiment/bench/tick_report.h"
+#include "experiment/bench/vdb_cut.h"
 #include "kerf/error.h"
 #include "support/message_of.h"
 
@@ -119,6 +124,33 @@ TEST(BenchTick, PeersBlockAgreesWithItsDenseArrayThroughout) {
   ASSERT_TRUE(r.baseline);
   EXPECT_EQ(r.baseline->times.count, 50u);
   EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 1e-4);
+}
+
+// The three ways with which the tick is compared remove the same from the bone.
+TEST(BenchTick, BaselinesRemoveTheSame) {
+  BlockParams block;
+  block.size_mm = {12, 6, 8};
+  block.voxel_mm = 0.2;
+  const Bone bone = MakeBlock(block, DefaultMandibleTable());
+  const Pose start{glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), Vec3(-2, 0.05, 9)};
+  VdbCut whole(bone), leaves(bone);
+  for (int i = 0; i < 20; ++i) {
+    const Pose X_WT{start.R_AB, start.p_AB + Vec3(0.1 * i, 0, 0)};
+    whole.MakeTool(DiscSaw{}, X_WT);
+    whole.RemoveTool();
+    leaves.CutLeaves(DiscSaw{}, X_WT);
+  }
+  EXPECT_LT(whole.bone().CalcVolume(), bone.CalcVolume() - 1);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p_W(6 * any(random), 0.5 * any(random), -2 + 2 * any(random));
+    // A voxel in a leaf that is wholly within the tool has the band's value in one of them.
+    const double band_mm = bone.band_mm();
+    EXPECT_NEAR(std::min(whole.bone().SignedDistance(p_W), band_mm),
+                std::min(leaves.bone().SignedDistance(p_W), band_mm), 1e-5)
+        << p_W.x << " " << p_W.y << " " << p_W.z;
+  }
 }
 
 TEST(BenchTick, BlockOfAMandibleIsCut) {
