@@ -6,7 +6,9 @@
 #include <cmath>
 #include <map>
 
+#include "base/core/number_text.h"
 #include "base/files/markdown_text.h"
+#include "cut/force/measured.h"
 #include "experiment/study/knobs.h"
 #include "experiment/study/pareto.h"
 #include "experiment/study/study_words.h"
@@ -180,6 +182,14 @@ StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind k
   plot.title = fmt::format("What accuracy costs in time: {}", DescribeHolding(holding));
   plot.caption = worst ? fmt::format("the slowest of {} paths, and the one with the largest error", paths)
                        : fmt::format("medians over {} paths", paths);
+  const ForceLaw law(study.base.law);
+  const auto factor = [&](std::size_t i) {
+    return ShowThree(CalcThrustFactor(law, DiscSaw{}, kMeasuredThrust.at(i).bite_mm));
+  };
+  plot.caption += fmt::format(
+      "\nErrors of the numerics only: the thrust of {} is {} times the measured one at a bite of 2.5 um, {} times at "
+      "10 um",
+      law.name(), factor(0), factor(1));
   plot.x.label = fmt::format("time per millisecond simulated, {} (\xc2\xb5s)",
                              worst ? "p99 on the slowest path" : "p50, median path");
   plot.y.label = fmt::format("force error, p95, {} path (%)", worst ? "worst" : "median");

@@ -14,6 +14,8 @@
 namespace kerf {
 namespace {
 
+/// Load before the run from which other programs may have slowed some settings more than others.
+constexpr double kBusyLoad = 0.5;
 /// Errors and times within these fractions are treated as equal.
 constexpr double kAlikeErrors = 0.03;
 constexpr double kAlikeTimes = 0.05;
@@ -313,7 +315,12 @@ std::string DescribeFindings(const StudyResults& study, Holding holding) {
   } else {
     SayCriteria(text, study, *found);
     SayImpulse(text, *found);
-    if (found->timed) {
+    if (found->timed && study.machine.load > kBusyLoad) {
+      Say(text,
+          "Settings are not compared by their times, because the machine was busy: its load before the run was {:.1f}. "
+          "Repeat the study on an idle machine.",
+          study.machine.load);
+    } else if (found->timed) {
       SayComparison(text, settings, *found);
     } else {
       Say(text, "Times were not measured on every path.");

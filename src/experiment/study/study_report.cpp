@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <set>
 
 #include "base/core/append_format.h"
 #include "base/files/files.h"
 #include "base/files/markdown_text.h"
+#include "cut/force/measured.h"
 #include "experiment/study/figures.h"
 #include "experiment/study/study_words.h"
 #include "session/run/results_folder.h"
@@ -74,7 +76,16 @@ std::string FormatReport(const StudyResults& study, const std::vector<StudyFigur
         "R is the reference. The error of a setting is that of its worst path and its time is that of its slowest "
         "path, so that no figure is better than what a user may experience. Times are per millisecond of simulated "
         "time: two ticks at 2000 ticks per second, half a tick at 500. Differences of less than 3 % in error and 5 % "
-        "in time are ignored.\n\n");
+        "in time are ignored.\n\n"
+        "All of these are errors of the numerics. The laws themselves are this far from measured bone:\n\n");
+    std::set<std::string> laws{study.base.law};
+    for (const CaseRecord& record : study.cases) {
+      if (record.knob == "law") laws.insert(record.value);
+    }
+    for (const std::string& law : laws) {
+      AppendFormat(text, "- {}: {}\n", law, DescribeAccuracy(ForceLaw(law), DiscSaw{}));
+    }
+    text += '\n';
   }
   for (const Holding holding : holdings) AddHolding(text, study, holding, figures);
   AppendFormat(text, "## Left out and failed\n\n{}", LeftOutTable(study));

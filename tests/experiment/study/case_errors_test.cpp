@@ -113,8 +113,8 @@ TEST(CaseErrors, FailureIsRecordedWithItsMessage) {
 // rounding and, in the coupled case, the tolerance of its solver.
 TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
   const test::Folder folder;
-  const std::string first = test::BlockToml({12, 9, 3}, 0.25) +
-                            test::StrokeToml({0, -1.5, 11.2}, {0, -1.5, 10.1}, 4.4, {0, 1, 0});
+  const std::string first =
+      test::BlockToml({12, 9, 3}, 0.25) + test::StrokeToml({0, -1.5, 11.2}, {0, -1.5, 10.1}, 4.4, {0, 1, 0});
   const std::string file = folder.file("strokes.toml");
   WriteTextFile(folder.file("first.toml"), first);
   WriteTextFile(file, first + test::StrokeToml({0, 1.5, 11.2}, {0, 1.5, 10.1}, 4.4, {0, 1, 0}));

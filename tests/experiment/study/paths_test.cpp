@@ -189,9 +189,12 @@ TEST(ScenePath, HasTheBoneThePathAndTheToolOfItsScene) {
   const StudyPath path = MakeScenePath("hand", KERF_SOURCE_DIR "/scenes/hand_held_cut.toml");
   EXPECT_EQ(path.name, "hand");
   EXPECT_DOUBLE_EQ(path.coupling.stiffness_N_per_mm, 1);
-  // The first stroke is 27.01 mm long, at 2 mm/s, in a block with its top at z = 0.
-  EXPECT_NEAR(path.duration_s, std::hypot(27, 0.8) / 2, 1e-9);
+  // Each of its 20 strokes is 27.01 mm long, at 2 mm/s, in a block with its top at z = 0. They are 2 mm apart.
+  const double stroke_s = std::hypot(27, 0.8) / 2;
+  EXPECT_NEAR(path.duration_s, 20 * stroke_s, 1e-9);
+  EXPECT_EQ(path.lifts_s.size(), 19u);
   EXPECT_LT(glm::distance(path.pose(Holding::kPath, 0).p_AB, Vec3(-19, 0, 12)), 1e-12);
+  EXPECT_LT(glm::distance(path.pose(Holding::kPath, 5.5 * stroke_s).p_AB, Vec3(-8.6, 0, -1.5)), 1e-9);
   EXPECT_NEAR(path.solid.distance_mm({0, 0, -1}), -1, 1e-12);
   EXPECT_NEAR(path.solid.distance_mm({0, 0, 1}), 1, 1e-12);
   EXPECT_EQ(path.solid.material({0, 0, -2}).region, 24);

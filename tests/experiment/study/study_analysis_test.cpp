@@ -191,6 +191,11 @@ TEST(StudyFindings, FollowFromTheFigures) {
   EXPECT_THAT(text, HasSubstr("**Tick, p99, under 300 us**: does not hold on 1 of 2 paths: `b` (420 us)."));
   EXPECT_THAT(text, HasSubstr("The defaults are not on the Pareto front: `rate_hz = 4000` has 2.00 % in 400 us"));
   EXPECT_THAT(text, HasSubstr("More accurate than the defaults in no more time"));
+  // What a busy machine adds to some times is no finding.
+  study.machine.load = 3;
+  text = DescribeFindings(study, Holding::kHand);
+  EXPECT_THAT(text, testing::Not(HasSubstr("in no more time")));
+  EXPECT_THAT(text, HasSubstr("the machine was busy: its load before the run was 3.0"));
 }
 
 TEST(StudyFindings, ClaimNothingAboutSettingsNotTimedOnEveryPath) {
