@@ -120,8 +120,6 @@ class Activity {
   virtual void Describe(nlohmann::json& state) const = 0;
   /// Returns true if the saw may be moved and switched now.
   virtual bool cuts() const = 0;
-  /// Returns false if hub and handpiece inside the bone are no concern of the user.
-  virtual bool watches_holder() const { return true; }
 };
 
 }  // namespace kerf

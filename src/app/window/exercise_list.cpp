@@ -272,6 +272,8 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
         ImGui::TextDisabled("%s", row.attempts == 1
                                       ? Tr("1 attempt")
                                       : fmt::format(fmt::runtime(Tr("{} attempts")), row.attempts).c_str());
+      } else if (row.unfinished > 0) {
+        ImGui::TextDisabled("%s", fmt::format(fmt::runtime(Tr("{} unfinished")), row.unfinished).c_str());
       }
       ImGui::PopID();
     }

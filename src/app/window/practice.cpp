@@ -237,16 +237,23 @@ void Practice::Finish(bool scored) {
   viewer_->End();
 }
 
-void Practice::Leave() {
-  if (!(viewer_->figures().removed_mm3 > 0)) return Finish(false);
+void Practice::AskToFinish(bool scored) {
+  if (scored ? IsFinished() : !(viewer_->figures().removed_mm3 > 0)) return Finish(scored);
   viewer_->SetSpindle(false);
   viewer_->controls().Release();
   // The attempt may end by its time limit before the question is answered.
-  const auto finish = [this, session = viewer_->sessions()](bool scored) {
-    return [this, session, scored] {
-      if (state_ == State::kCutting && viewer_->is_running() && viewer_->sessions() == session) Finish(scored);
+  const auto finish = [this, session = viewer_->sessions()](bool with_score) {
+    return [this, session, with_score] {
+      if (state_ == State::kCutting && viewer_->is_running() && viewer_->sessions() == session) Finish(with_score);
     };
   };
+  if (scored) {
+    viewer_->dialogs().Ask(
+        Tr("Too little of the wanted cut is made for a score, and the time runs on. If you finish now, the attempt is "
+           "stored as unfinished."),
+        {{Tr("Finish without a score"), finish(true)}, {Tr("Go on"), nullptr}});
+    return viewer_->dialogs().IgnoreEnter();  // which has just started the attempt, perhaps
+  }
   viewer_->dialogs().Ask(
       Tr("The attempt is not finished, and its time runs on. If you leave it, it is not scored and not saved."),
       {{Tr("Finish and see the score"), finish(true)}, {Tr("Leave it"), finish(false)}, {Tr("Go on"), nullptr}});
@@ -313,7 +320,10 @@ bool Practice::Take(const WindowEvent& event) {
 
 void Practice::Update(double dt_s) {
   if (const auto clicked = std::exchange(clicked_, nullptr)) clicked();
-  if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
+  if (IsReady(making_nerve_)) {
+    nerve_ = making_nerve_.get();
+    crosses_nerve_ = nerve_->CalcFrom(cuts_) <= 0;
+  }
   if (state_ == State::kCutting && viewer_->is_running()) UpdateCutting();
   if (state_ == State::kReplaying) UpdateReplay(dt_s);
   if (wants_replay_) waits_s_ += dt_s;

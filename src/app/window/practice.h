@@ -71,8 +71,9 @@ class Practice final : public Activity {
   // ---- what buttons do, as the keys
   void Choose();
   void Start(const std::string& id, int level);
-  void Finish(bool scored);        // kCutting
-  void Leave();                    // kCutting; asks first if something was cut
+  void Finish(bool scored);  // kCutting
+  /// kCutting: finishes, but asks first if too little is cut for a score or, without a score, if anything is cut.
+  void AskToFinish(bool scored);
   void DoNextStep();               // kResult
   void Replay();                   // kResult; begins as soon as the expert's attempt is available
   void EndReplay();                // kReplaying
@@ -112,7 +113,6 @@ class Practice final : public Activity {
   void Describe(nlohmann::json& state) const override;
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   bool cuts() const override { return state_ == State::kCutting; }
-  bool watches_holder() const override { return false; }  // the exercise prescribes the poses
 
   void TakeChoice(ExerciseList::Choice choice);
   void DrawResultDialog(Ui& ui);
@@ -144,6 +144,7 @@ class Practice final : public Activity {
   double CalcElapsed_s() const;
   double CalcDone(std::size_t i) const;  // fraction of a cut
   bool IsMade(std::size_t i) const;
+  bool IsFinished() const;  // enough is cut for a score
   std::size_t CountMade() const;
   bool AllMade() const { return CountMade() == gauges_.size(); }
   std::pair<std::string, std::string> DescribeDone() const;
@@ -164,8 +165,9 @@ class Practice final : public Activity {
   std::size_t current_ = 0;         // cut that the advice is about
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::unique_ptr<RegionDistance> nerve_;
-  bool begun_ = false;  // the spindle has been on
-  bool scored_ = true;  // the attempt is scored when it ends
+  bool crosses_nerve_ = false;  // the wanted cuts cross it
+  bool begun_ = false;          // the spindle has been on
+  bool scored_ = true;          // the attempt is scored when it ends
   std::vector<std::string> recordings_;
   std::mutex mutex_;  // protects the next two
   std::string scoring_stage_;

@@ -32,7 +32,7 @@ void Practice::AddActions(ActionList& actions) {
                .label = Msg("Finish and see the score"),
                .shortcut = {Key::kEnter},
                .when = kCuttingKeys,
-               .run = [this] { Finish(true); },
+               .run = [this] { AskToFinish(true); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); },
                .relevant = [this] { return state_ == State::kCutting; },
                .button = Msg("Finish")});
@@ -41,7 +41,7 @@ void Practice::AddActions(ActionList& actions) {
                .label = Msg("Leave without a score"),
                .shortcut = {Key::kEscape},
                .when = kCuttingKeys,
-               .run = [this] { Leave(); },
+               .run = [this] { AskToFinish(false); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
   const auto replays = [this] { return state_ == State::kReplaying; };
   const auto at_result = [this] { return state_ == State::kResult; };

@@ -85,6 +85,8 @@ void Practice::Began() {
     watch->SetWanted(nullptr);
     if (IsPlanned()) {
       watch->SetWanted([cuts = cuts_](const Vec3& p_W) { return FindNearestCut(cuts, p_W).IsNear(p_W); });
+    }
+    if (!DrillsHoles()) {
       // The share of each cut, and that of all.
       watch->SetMeasure([cuts = cuts_](const Bone& before, const Bone& now) {
         std::vector<double> shares;
@@ -222,7 +224,6 @@ void Practice::UpdateCutting() {
   if (scene_.exercise.colour) viewer_->view().SetToolColour(ColourOf(LevelOf(MakeAdvice())));
   // The saw has also been between the places of two frames.
   constexpr double kStep_mm = 0.1;
-  constexpr double kReach_mm = 0.75;  // along the line from the lowest point
   if (input.touches && DrillsHoles()) {
     if (reading && CalcDeviation(cut(), X_WT).beside_mm <= cut().margin_mm) {
       double& deepest_mm = deepest_mm_[current_].front();
@@ -235,7 +236,7 @@ void Practice::UpdateCutting() {
       const double f = i / steps;
       gauge().TakeDepths(
           {glm::normalize(glm::slerp(from.R_AB, input.X_WT.R_AB, f)), glm::mix(from.p_AB, input.X_WT.p_AB, f)},
-          cut().margin_mm, kReach_mm, deepest_mm_[current_]);
+          deepest_mm_[current_]);
     }
   }
   touched_at_ = input.touches ? std::optional(input.X_WT) : std::nullopt;
@@ -243,7 +244,7 @@ void Practice::UpdateCutting() {
 
 void Practice::AddAlarms(std::vector<AlarmOverlay>& alarms) {
   // A planned plane that crosses the nerve canal must cut it.
-  if (!SparesNerve(scene_.exercise.kind)) return;
+  if (crosses_nerve_) return;
   std::optional<AlarmOverlay> nerve =
       MakeNerveAlarm(viewer_->bone(), nerve_.get(), MakeTool(scene_), viewer_->figures().coupled.X_WT);
   if (nerve) alarms.push_back(std::move(*nerve));
@@ -266,6 +267,7 @@ CoachInput Practice::MakeCoachInput() const {
   input.key_feed_mm_per_s = viewer_->controls().feed_mm_per_s();
   input.force_N = glm::length(figures.coupled.f_H_W_N);
   if (scene_.exercise.kind == ExerciseKind::kFollowLine) input.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;
+  input.crosses_nerve = crosses_nerve_;
   input.touches = Touches(figures);
   input.is_last_cut = CountMade() + (IsMade(current_) ? 0 : 1) == gauges_.size();
   return input;
@@ -313,12 +315,18 @@ std::string Practice::DescribeDepthStop() const {
 
 double Practice::CalcDone(std::size_t i) const {
   if (DrillsHoles()) return IsHoleMade(gauges_[i], deepest_mm_[i].front()) ? 1 : 0;
-  if (!IsPlanned()) return CalcLineDone(gauges_[i], deepest_mm_[i]);
   return report_ && !report_->measured.empty() ? report_->measured[i] : 0;
 }
 
 bool Practice::IsMade(std::size_t i) const {
   return CalcDone(i) >= kWholeCut;
+}
+
+bool Practice::IsFinished() const {
+  if (!DrillsHoles()) return CalcLineShare(gauges_, deepest_mm_).value_or(0) >= kFinishedShare;
+  std::size_t begun = 0;  // to half of their depth
+  for (std::size_t i = 0; i < gauges_.size(); ++i) begun += IsHoleMade(gauges_[i], 2 * deepest_mm_[i].front()) ? 1 : 0;
+  return static_cast<double>(begun) >= kFinishedShare * static_cast<double>(gauges_.size());
 }
 
 std::size_t Practice::CountMade() const {
@@ -391,7 +399,7 @@ void Practice::FillCutting(HudState& hud) {
   hud.values.nerve_is_marked = !nerve_ || !nerve_->empty();
   if (nerve_ && !nerve_->empty()) {
     hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
-    hud.values.nerve_is_crossed = IsPlanned();
+    hud.values.nerve_is_crossed = crosses_nerve_;
   }
   // What the planned plane crosses is injured by a perfect cut, too.
   if (report_ && !IsPlanned()) ShowInjuries(report_->injuries, hud);

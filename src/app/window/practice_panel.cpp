@@ -210,12 +210,14 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   if (appears) ImGui::SetScrollY(0);
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
   ImGui::PushFont(ui.title());
-  WrappedText(Translate(contents.review.headline));
+  const ExerciseReview& review = contents.review;
+  WrappedText((review.passed ? Translate(*review.passed) + " " : "") + Translate(review.headline));
   ImGui::PopFont();
   ImGui::PopStyleColor();
   ui.Note("practise.headline");
   if (contents.review.praise) MarkedText(ui, HudLevel::kGood, Translate(*contents.review.praise));
   for (const Message& note : contents.review.notes) MarkedText(ui, HudLevel::kWarn, Translate(note));
+  if (!contents.holder.empty()) MarkedText(ui, HudLevel::kWarn, contents.holder);
   for (const Message& line : contents.review.crossed) MarkedText(ui, HudLevel::kPlain, Translate(line));
   if (contents.review.nerve) MarkedText(ui, HudLevel::kPlain, Translate(*contents.review.nerve));
   ImGui::PushFont(ui.bold());

@@ -27,6 +27,7 @@ struct ResultContents {
   const NextStep& next;
   std::optional<bool> verified;      // whether a replay gave the same sheet; unset: not known yet
   bool verification_failed = false;  // it will not become known
+  std::string holder{};              // sentence: what holds the tool was inside the bone; empty: it was not
   std::string stored;                // sentence: for whom the attempt is stored, or why it is not
   bool asks_name = false;            // offers to enter a name
   bool expert_ready = false;

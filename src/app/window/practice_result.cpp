@@ -38,6 +38,17 @@ std::vector<std::vector<Vec3>> MakeOutline(const Pose& X_WT, const WantedCut& cu
           {X_WT.p_AB - arm_mm * y_W, X_WT.p_AB + arm_mm * y_W}};
 }
 
+/// Returns that what holds the tool was inside the bone; empty: it was not.
+std::string DescribeHolderOf(const HolderPlaces& places) {
+  if (places.hub_W) {
+    return Tr("The hub of the blade was inside the bone. Here it met no resistance; in theatre it stops the blade.");
+  }
+  if (places.handpiece_W) {
+    return Tr("The handpiece was inside the bone. Here it met no resistance; in theatre it has no room there.");
+  }
+  return {};
+}
+
 }  // namespace
 
 /// Scores the session from what was measured while it ran; if ticks are missing, from its recording.
@@ -137,6 +148,7 @@ void Practice::DrawResultDialog(Ui& ui) {
                                 .next = next_,
                                 .verified = checks_.verified(),
                                 .verification_failed = checks_.failed(),
+                                .holder = DescribeHolderOf(viewer_->holder_places()),
                                 .stored = stored_ ? stored_() : "",
                                 .asks_name = options_.student.empty() && !unnamed_.empty(),
                                 .expert_ready = checks_.expert() != nullptr,

@@ -315,6 +315,12 @@ void Rehearsal::GoForward() {
 
 void Rehearsal::Undo() {
   if (in_pieces_) return pieces_.Undo();
+  // A motion of the pieces may be meant.
+  if (std::exchange(left_pieces_at_, std::nullopt) == viewer_->figures().changes) {
+    return viewer_->Say(
+        Tr("You are back at the saw. Ctrl+Z again takes back its last cut or the last change of the plan; P returns to "
+           "the pieces and their own undo."));
+  }
   // The latest change is undone, whether of the plan or of the bone.
   if (editor_.document.is_latest_change()) return viewer_->actions().Find("plan.undo")->run();
   GoBack("");
@@ -362,6 +368,8 @@ void Rehearsal::EnterPieces() {
 void Rehearsal::LeavePieces() {
   pieces_.Leave();
   in_pieces_ = false;
+  left_pieces_at_ = viewer_->figures().changes;
+  if (viewer_->is_running()) viewer_->Say(Tr("Back at the saw. P: the pieces"));
 }
 
 // ---- events

@@ -273,7 +273,8 @@ class Rehearsal final : public Activity {
   std::optional<Vec3> plane_focus_W_;      // the slices go through it until the saw is moved
   std::optional<PlanesReport> cut_;        // latest state of the planned planes
   bool in_pieces_ = false;
-  bool begins_in_pieces_ = false;  // as the project was saved, until its session begins
+  std::optional<std::uint64_t> left_pieces_at_;  // LiveFigures::changes when the pieces were left; none since an undo
+  bool begins_in_pieces_ = false;                // as the project was saved, until its session begins
 };
 
 }  // namespace kerf

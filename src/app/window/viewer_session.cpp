@@ -339,7 +339,7 @@ std::string ViewerApp::DescribeStaying() const {
 
 /// Returns that what holds the blade is inside the bone while the saw is used; empty if it is not.
 std::string ViewerApp::DescribeHolder() const {
-  if (!options_.watch || !is_running() || !began_ || !activity_->cuts() || !activity_->watches_holder()) return {};
+  if (!options_.watch || !is_running() || !began_ || !activity_->cuts()) return {};
   if (holder_.hub_in_bone()) {
     return Tr(
         "The hub of the blade is inside the bone. Here it meets no resistance; in theatre it stops the blade: cut the "

@@ -17,7 +17,7 @@ constexpr double kFeedLimit = kFeedGood;
 /// Fraction of a planned cut from which it counts as begun.
 constexpr double kSomeDone = 0.01;
 
-/// Returns true if the wanted cut is a planned plane rather than a line on the surface. It crosses the nerve canal.
+/// Returns true if the wanted cut is a planned plane rather than a line on the surface.
 bool IsPlanned(ExerciseKind kind) {
   return kind == ExerciseKind::kOsteotomy;
 }
@@ -43,7 +43,7 @@ bool IsDeep(DepthZone zone) {
 std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInput& input, DepthZone zone) {
   std::array<double, kCoachTopics> excess{};
   if (input.nerve_mm) {
-    const bool spares = !IsPlanned(input.kind);
+    const bool spares = !input.crosses_nerve;
     excess[IndexOf(CoachTopic::kInNerve)] = spares && *input.nerve_mm <= 0 ? 2 : 0;
     // The limit is a minimum: at kCoachNerve_mm it is due, and it ends at kCoachNerve_mm / kCoachRelease.
     excess[IndexOf(spares ? CoachTopic::kNearNerve : CoachTopic::kCrossesNerve)] =
@@ -395,7 +395,8 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
                {Quantity{cut.depth_mm, 1, "mm"}}}};
     case ExerciseStep::kFollow: {
       const std::optional<Message> way = DescribeKeysAlong(input.keys, cut.along_W);
-      const bool press = input.depth && input.depth->to_goal_mm > kStepPress_mm;
+      // A cut that stays this far above its floor is never whole.
+      const bool press = input.depth && input.depth->to_goal_mm > (1 - kWholeCut) * cut.depth_mm;
       if (planned) {
         return {
             {press ? MarkMessage("Deep enough here: go on in the planned plane to its other edge, and press down "
@@ -483,19 +484,6 @@ bool IsHoleMade(const DepthGauge& gauge, double deepest_mm) {
   if (axis == columns.end()) return false;
   const double through_mm = axis->far_mm - axis->near_mm + (hole.solid ? hole.solid->corner_z_mm : 0);
   return deepest_mm >= std::min(hole.depth_mm - kStepDepth_mm, through_mm);
-}
-
-double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {
-  const std::vector<CutColumn>& columns = gauge.columns();
-  int places = 0;
-  int done = 0;
-  for (std::size_t i = 0; i < columns.size() && i < deepest_mm.size(); ++i) {
-    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
-    ++places;
-    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
-    if (deepest_mm[i] >= wanted_mm - kStepDepth_mm) ++done;
-  }
-  return places == 0 ? 0 : static_cast<double>(done) / places;
 }
 
 }  // namespace kerf

@@ -50,6 +50,7 @@ struct CoachInput {
   Pose X_WT;
   std::optional<DepthReading> depth;    // none: the tool is beside the wanted cut
   std::optional<double> nerve_mm;       // distance to the nerve canal; none: unknown, or no canal
+  bool crosses_nerve = false;           // the wanted cuts cross the nerve canal: RegionDistance::CalcFrom()
   bool touches = false;                 // the tool touches bone
   std::optional<KeyDirections> keys;    // to say the way back in; none: it is not said
   std::optional<double> feed_mm_per_s;  // along the line, of FeedMeter; none: it does not follow the line
@@ -115,9 +116,8 @@ struct StepLine {
   std::optional<Message> way = {};  // to the wanted cut, as the student sees it
 };
 
-/// Distance from the wanted depth that counts as reached, and from which the blade must be pressed down further.
+/// Distance from the wanted depth from which a hole counts as made.
 inline constexpr double kStepDepth_mm = 0.3;
-inline constexpr double kStepPress_mm = 0.15;
 /// Distance from the wanted cut from which the saw is lost: it may be out of the picture.
 inline constexpr double kStepFar_mm = 30;
 
@@ -133,14 +133,11 @@ std::size_t FindCurrentCut(const std::vector<WantedCut>& cuts, const std::vector
 /// Returns the distance of the tool's centre from the places that it takes in the wanted cut and above it, up to where
 /// it leaves the bone.
 double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT);
-/// Returns the step that comes next. `done`: fraction of what is to be cut: CalcLineDone(), or of a planned plane
-/// CutArea::share(). `zone`: CoachState::zone.
+/// Returns the step that comes next. `done`: fraction of what is to be cut, as in the score: CutArea::share(), or of a
+/// hole 1 from IsHoleMade() on. `zone`: CoachState::zone.
 ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone zone, bool spindle_on, double done);
 /// Returns the instruction for a step that FindStep() returned.
 StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done);
-/// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
-/// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
-double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
 /// Returns true if a hole is as deep as wanted, to within kStepDepth_mm, or goes through the bone over the drill's
 /// whole width. `deepest_mm`: largest depth of the drill's tip below the surface.
 bool IsHoleMade(const DepthGauge& gauge, double deepest_mm);

@@ -20,8 +20,13 @@ Quantity ShowLength(double mm) {
   return FormatQuantity(length) == FormatQuantity({std::round(mm), 1, "mm"}) ? Quantity{mm, 0, "mm"} : length;
 }
 
-/// `crosses`: a planned plane crosses a molar and the nerve canal.
-Message DescribeGoal(const SceneExercise& e, bool crosses) {
+/// Returns the name of a scene without the number with which its file may begin.
+std::string_view SkipNumber(std::string_view scene_name) {
+  const std::size_t at = scene_name.find_first_not_of("0123456789");
+  return at > 0 && at < scene_name.size() && scene_name[at] == '_' ? scene_name.substr(at + 1) : scene_name;
+}
+
+Message DescribeGoal(const SceneExercise& e, std::string_view id) {
   const Quantity count{1 + static_cast<double>(e.further.size()), 0, ""};
   const Quantity length = ShowLength(MakeWantedCut(e, DiscSaw{}).length_mm);
   const Quantity depth = ShowLength(e.depth_mm);
@@ -42,7 +47,12 @@ Message DescribeGoal(const SceneExercise& e, bool crosses) {
       if (!e.further.empty()) {
         return {MarkMessage("Make the {} planned cuts, each in its plane and to its depth."), {count}};
       }
-      if (!crosses) return {MarkMessage("Cut through the bone in the planned plane."), {}};
+      if (id == "mandibulotomy") {
+        return {MarkMessage("Cut through the bone in the planned plane, between the roots of the incisors. The nerve "
+                            "canals end on either side of it."),
+                {}};
+      }
+      if (id != "osteotomy") return {MarkMessage("Cut through the bone in the planned plane."), {}};
       return {MarkMessage("Cut through the bone in the planned plane. The plane crosses a molar and the nerve canal: "
                           "cutting these costs no points."),
               {}};
@@ -57,7 +67,8 @@ Exercise MakeExercise(const Scene& scene, std::string id, std::string file, std:
   Exercise exercise;
   exercise.id = std::move(id);
   exercise.title = scene.TitleOrName();
-  exercise.goal_message = DescribeGoal(scene.exercise, exercise.id == "osteotomy");
+  exercise.goal_message = DescribeGoal(scene.exercise, exercise.id);
+  exercise.kind = scene.exercise.kind;
   exercise.goal = FormatMessage(exercise.goal_message);
   exercise.file = std::move(file);
   exercise.toml = std::move(toml);
@@ -70,8 +81,7 @@ std::vector<Exercise> MakeExercises(std::span<const PractiseScene> embedded, boo
   for (const PractiseScene& of : embedded) {
     const Scene scene = ParseScene(of.toml, of.file);
     if (!scene.bone.file.empty()) continue;  // the user has to make the bone first
-    std::string id = ordered ? scene.name.substr(scene.name.find('_') + 1) : scene.name;
-    exercises.push_back(MakeExercise(scene, std::move(id), of.file, of.toml));
+    exercises.push_back(MakeExercise(scene, std::string(SkipNumber(scene.name)), of.file, of.toml));
     if (ordered) exercises.back().difficulty = static_cast<int>(exercises.size());
   }
   return exercises;
@@ -103,8 +113,7 @@ const Exercise& FindExercise(std::string_view id) {
 const Exercise* FindExerciseOf(std::string_view scene_name) {
   for (const std::span<const Exercise> list : {ListExercises(), ListProcedures()}) {
     for (const Exercise& exercise : list) {
-      const std::string_view file = exercise.file;
-      if (file.substr(0, file.rfind('.')) == scene_name) return &exercise;
+      if (exercise.id == SkipNumber(scene_name)) return &exercise;
     }
   }
   return nullptr;

@@ -15,6 +15,7 @@ struct Exercise {
   std::string title;  // title of the scene
   std::string goal;   // one sentence, in English
   Message goal_message;
+  ExerciseKind kind = ExerciseKind::kGroove;
   int difficulty = 0;  // 1: the easiest; 0: not in ListExercises()
   std::string file;    // of the scene
   std::string toml;

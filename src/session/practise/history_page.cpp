@@ -207,8 +207,13 @@ std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::v
       html += fmt::format("<th>{}{}</th>", info.name, info.unit[0] == '\0' ? "" : fmt::format(", {}", info.unit));
     }
     html += "</tr>\n";
+    std::string unfinished;
     for (const auto& [exercise, exercise_attempts] : by_exercise) {
-      for (const Attempt* a : exercise_attempts) html += PageRow(*a, exercise, known);
+      for (const Attempt* a : exercise_attempts) (a->graded() ? html : unfinished) += PageRow(*a, exercise, known);
+    }
+    if (!unfinished.empty()) {
+      html += fmt::format("<tr><th class=\"t\" colspan=\"{}\">without a score</th></tr>\n{}", 6 + kShown.size(),
+                          unfinished);
     }
     html += "</table>\n";
   }

@@ -15,9 +15,8 @@ Quantity Points(double total) {
 /// Best totals of the levels of an exercise.
 using BestTotals = std::array<std::optional<double>, kLevels>;
 
-/// Returns true if an attempt does not pass its level, whatever its total: the bone is to be cut through, and is not.
 bool IsNotThrough(const Attempt& attempt, const Exercise& exercise) {
-  return exercise.id == "osteotomy" && attempt.Get("cut_share").value_or(1) < kWholeCut;
+  return IsNotThrough(exercise.kind, attempt.Get("cut_share").value_or(1));
 }
 
 /// Returns the best totals of the attempts that can pass their levels.
@@ -176,7 +175,7 @@ ExerciseRow MakeProgress(std::span<const Attempt> history, const Exercise& exerc
   std::array<std::vector<double>, kLevels> totals;
   for (const Attempt& a : history) {
     if (a.damaged || a.exercise != exercise.id || a.level < 1 || a.level > kLevels) continue;
-    ++row.attempts;
+    ++(a.graded() ? row.attempts : row.unfinished);
     row.level = a.level;
     if (!a.graded()) continue;
     const auto at = static_cast<std::size_t>(a.level - 1);

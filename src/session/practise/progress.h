@@ -28,9 +28,7 @@ inline constexpr std::size_t kMaxTrendAttempts = 6;
 /// Change of the total along the regression line, from the first to the last of these attempts, from which they rise or
 /// fall.
 inline constexpr double kTrendPoints = 5;
-/// Totals, out of 100, from which the next level is recommended, and below which the previous one is after two such
-/// attempts in a row.
-inline constexpr double kGoodTotal = 70;
+/// Total, out of 100, below which the previous level is recommended after two such attempts in a row.
 inline constexpr double kPoorTotal = 30;
 
 /// Returns the trend of totals in the order of the attempts: the sign of the regression line's slope, if it changes by
@@ -71,7 +69,8 @@ struct ExerciseRow {
   std::string id;
   std::string title;
   Message goal;
-  std::size_t attempts = 0;                           // all attempts, also those that are not graded
+  std::size_t attempts = 0;                           // graded
+  std::size_t unfinished = 0;                         // not graded
   std::array<std::optional<double>, kLevels> best{};  // best total of each level
   std::optional<double> last;                         // total of the last graded attempt
   std::vector<double> totals;                         // of the graded attempts at `level`, in their order

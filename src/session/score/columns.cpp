@@ -115,18 +115,20 @@ void DepthGauge::TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) c
   });
 }
 
-void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
-                            std::vector<double>& deepest_mm) const {
-  std::optional<Vec3> lowest;
-  VisitOutline(X_WT, [&](const CutColumn&, const Vec3& p) {
-    if (!lowest || p.y > lowest->y) lowest = p;
-  });
-  if (!lowest || std::abs(lowest->z) > beside_mm) return;
-  VisitOutline(X_WT, [&](const CutColumn& column, const Vec3& p) {
-    if (std::abs(p.x - lowest->x) > along_mm) return;
-    double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
-    deepest = std::max(deepest, p.y - column.near_mm);
-  });
+std::optional<double> CalcLineShare(std::span<const DepthGauge> gauges,
+                                    std::span<const std::vector<double>> deepest_mm) {
+  int places = 0;
+  int covered = 0;
+  for (std::size_t k = 0; k < gauges.size(); ++k) {
+    const std::vector<CutColumn>& columns = gauges[k].columns();
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (columns[i].s_mm < 0 || columns[i].s_mm > gauges[k].cut().length_mm) continue;
+      const double wanted_mm = std::min(gauges[k].cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
+      ++places;
+      if (deepest_mm[k][i] >= kCoveredFraction * wanted_mm) ++covered;
+    }
+  }
+  return places > 0 ? std::optional(static_cast<double>(covered) / places) : std::nullopt;
 }
 
 const DepthGauge& FindNearestGauge(std::span<const DepthGauge> gauges, const Pose& X_WT) {

@@ -49,9 +49,6 @@ class DepthGauge {
   /// Updates the maximum depth of the tool below the surface for each of columns(). `deepest_mm`: in and out, one value
   /// per column.
   void TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const;
-  /// Does the same only where the tool is at most `beside_mm` beside the wanted cut, and for columns at most `along_mm`
-  /// from its lowest point: those that it has reached, and not those into which its rim reaches ahead.
-  void TakeDepths(const Pose& X_WT, double beside_mm, double along_mm, std::vector<double>& deepest_mm) const;
   const WantedCut& cut() const { return cut_; }
   const std::vector<CutColumn>& columns() const { return columns_; }
 
@@ -67,6 +64,13 @@ class DepthGauge {
   double first_mm_ = 0;
   int outline_points_ = 0;
 };
+
+/// Fraction of the wanted depth, or of the thickness of thinner bone, from which a place of the line counts as covered.
+inline constexpr double kCoveredFraction = 0.5;
+/// Returns the fraction of the places of all lines that are covered; none without places. `deepest_mm`: of each gauge,
+/// from TakeDepths().
+std::optional<double> CalcLineShare(std::span<const DepthGauge> gauges,
+                                    std::span<const std::vector<double>> deepest_mm);
 
 /// Returns the gauge of the cut that the tool's lowest point is nearest to. `gauges`: at least one.
 const DepthGauge& FindNearestGauge(std::span<const DepthGauge> gauges, const Pose& X_WT);

@@ -61,7 +61,9 @@ std::string FormatFigures(const std::vector<ReviewFigure>& figures) {
 /// Returns the part of the page for the student: advice, figures and pictures.
 std::string FormatReviewHtml(const ScoreSheet& sheet) {
   const ExerciseReview review = MakeReview(sheet);
-  std::string html = fmt::format("<p><b>{}</b></p>\n", EscapeHtml(FormatMessage(review.headline)));
+  std::string html =
+      fmt::format("<p><b>{}{}</b></p>\n", review.passed ? EscapeHtml(FormatMessage(*review.passed)) + " " : "",
+                  EscapeHtml(FormatMessage(review.headline)));
   if (review.praise) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.praise)));
   for (const Message& note : review.notes) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(note)));
   for (const Message& line : review.crossed) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(line)));

@@ -65,6 +65,14 @@ struct DeepStretch {
 /// Fraction of the wanted cut from which it counts as whole, while it is made and in the review. What lacks then costs
 /// less than any fault that the review names.
 inline constexpr double kWholeCut = 0.98;
+/// Minimum of the measure line_share; a smaller value means that the exercise was abandoned or interrupted.
+inline constexpr double kFinishedShare = 0.8;
+/// Total, out of 100, from which a level is passed and the next one is recommended.
+inline constexpr double kGoodTotal = 70;
+/// Returns true if an attempt does not pass its level, whatever its total: the bone is to be cut through, and is not.
+inline bool IsNotThrough(ExerciseKind kind, double cut_share) {
+  return kind == ExerciseKind::kOsteotomy && cut_share < kWholeCut;
+}
 
 /// Deviation of the feed, as a fraction of the wanted one, up to which no points are lost.
 inline constexpr double kFeedGood = 0.25;
@@ -126,6 +134,7 @@ struct ScoreSheet {
   std::optional<CutPicture> picture;
   std::optional<double> beside_mm;      // mean distance of the removed bone from the wanted plane
   std::optional<double> farthest_mm;    // its largest distance from that plane
+  std::optional<double> plan_nerve_mm;  // distance of the wanted cuts from the nerve canal; at most 0: they cross it
   double below_mm3 = 0;                 // part of outside_mm3 that lies below the wanted cut, in its plane
   double beyond_mm3 = 0;                // part of outside_mm3 that lies beyond an end of the wanted cut, in its plane
   std::optional<double> begun_share;    // fraction of the line where bone was removed, however little

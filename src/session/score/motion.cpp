@@ -75,9 +75,6 @@ double CalcSparc(const std::vector<double>& speed) {
   return -length;
 }
 
-/// Minimum fraction of the wanted depth for a place of the line to count as covered.
-constexpr double kCoveredFraction = 0.5;
-
 bool IsSame(const Pose& a, const Pose& b) {
   return a.p_AB == b.p_AB && a.R_AB == b.R_AB;
 }
@@ -234,25 +231,17 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
 }
 
 void MotionMeter::MeasureLine(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const {
-  int places = 0;
-  int covered = 0;
+  std::vector<std::vector<double>> deepest_mm;
   for (const DepthGauge& gauge : gauges) {
-    const std::vector<CutColumn>& columns = gauge.columns();
-    std::vector<double> deepest_mm(columns.size(), -kAbove_mm);
+    std::vector<double>& deepest = deepest_mm.emplace_back(gauge.columns().size(), -kAbove_mm);
     std::optional<Pose> last;
     for (const Row& row : rows_) {
       if (!row.contact || (last && IsSame(*last, row.X_WT))) continue;
       last = row.X_WT;
-      gauge.TakeDepths(row.X_WT, deepest_mm);
-    }
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
-      const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
-      ++places;
-      if (deepest_mm[i] >= kCoveredFraction * wanted_mm) ++covered;
+      gauge.TakeDepths(row.X_WT, deepest);
     }
   }
-  if (places > 0) SetValue(sheet, "line_share", static_cast<double>(covered) / places);
+  SetValue(sheet, "line_share", CalcLineShare(gauges, deepest_mm));
 }
 
 /// A saw that is stopped counts too, other than in the mean feed in contact: it cuts nothing.

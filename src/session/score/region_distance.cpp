@@ -113,6 +113,14 @@ double RegionDistance::Calc(const Tool& tool, const Pose& X_WT) const {
   return Find(tool, X_WT).distance_mm;
 }
 
+double RegionDistance::CalcFrom(std::span<const WantedCut> cuts) const {
+  double nearest_mm = kNone_mm;
+  for (const WantedCut& cut : cuts) {
+    for (const Ball& ball : balls_) nearest_mm = std::min(nearest_mm, cut.CalcDistance(ball.p_W) - ball.radius_mm);
+  }
+  return nearest_mm;
+}
+
 RegionDistance::Nearest RegionDistance::Find(const Tool& tool, const Pose& X_WT) const {
   order_.clear();
   for (std::size_t i = 0; i < clusters_.size(); ++i) {

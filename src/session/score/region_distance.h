@@ -3,12 +3,14 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "kerf/bone.h"
 #include "kerf/tool.h"
 #include "session/marks/mark_tube.h"
+#include "session/scene/exercise.h"
 
 namespace kerf {
 
@@ -26,6 +28,10 @@ class RegionDistance {
   /// maximum depth there. Returns 1e9 if there is no tissue. Error: half a region voxel. Takes less than 0.1 ms. Not
   /// thread-safe: use in one thread at a time.
   double Calc(const Tool& tool, const Pose& X_WT) const;
+
+  /// Returns the distance from what the cuts remove to the tissue, mm; at most 0 if they cross it. Returns 1e9 if there
+  /// is no tissue. Error: half a region voxel. Takes about 10 ms.
+  double CalcFrom(std::span<const WantedCut> cuts) const;
 
   /// The same distance, and the place in the tissue to which it refers: the centre of the ball, world frame.
   struct Nearest {

@@ -25,8 +25,6 @@ constexpr double kRestsMuch = 0.15;
 constexpr double kTouched_mm3 = 0.05;
 /// Loss of points from which a fault is named before an injury outside the wanted cut.
 constexpr double kWorseThanInjury = 10;
-/// Fraction of the line from which an attempt is graded.
-constexpr double kFinishedShare = 0.8;
 /// Total that is shown as 100 points.
 constexpr double kAllPoints = 99.5;
 /// Smallest tremor that is shown with two decimals.
@@ -415,15 +413,30 @@ bool IsCanal(const StructureResult& structure) {
   return structure.kind == MarkKind::kNerve || structure.kind == MarkKind::kCanal;
 }
 
-/// Returns what happened to a nerve canal that is not spared, because the planned plane crosses it.
-std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
-  if (sheet.kind != ExerciseKind::kOsteotomy) return {};
+/// Returns what a planned cut did to the nerve canal, and how far the planned planes are from it.
+std::optional<Message> DescribeNerveOfPlan(const ScoreSheet& sheet) {
+  if (sheet.kind != ExerciseKind::kOsteotomy || !sheet.plan_nerve_mm) return {};
+  const bool crosses = *sheet.plan_nerve_mm <= 0;
+  const Quantity plan{*sheet.plan_nerve_mm, 1, "mm"};
   // What was removed outside the plan is named as an injury.
   double breach_mm3 = GetOrZero(sheet, "breach_mm3");
   for (const OutsideInjury& injury : sheet.injured) {
     if (IsCanal(injury.structure)) breach_mm3 -= injury.structure.removed_mm3;
   }
   if (breach_mm3 > 0 || GetOrZero(sheet, "breaches") > 0) {
+    const Quantity removed = ShowMeasure(FindMeasure("breach_mm3"), breach_mm3);
+    if (!crosses && breach_mm3 < kTouched_mm3) {
+      return Message{
+          MarkMessage("The running blade touched the nerve canal. The planned cut passes {} from the canal."), {plan}};
+    }
+    if (!crosses) {
+      return Message{sheet.canal_severed
+                         ? MarkMessage("The nerve canal was severed, and {0} of it were removed. The planned cut "
+                                       "passes {1} from the canal.")
+                         : MarkMessage("The nerve canal was injured, and {0} of it were removed. The planned cut "
+                                       "passes {1} from the canal."),
+                     {removed, plan}};
+    }
     if (breach_mm3 < kTouched_mm3) {
       return Message{
           MarkMessage("The running blade touched the nerve canal. The planned plane crosses the canal, so this "
@@ -438,14 +451,20 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
             : MarkMessage(
                   "The nerve canal was injured, and {} of it were removed. The planned plane crosses the canal, "
                   "so this costs no points."),
-        {ShowMeasure(FindMeasure("breach_mm3"), breach_mm3)}};
+        {removed}};
   }
   const std::optional<double> distance_mm = sheet.Get("nerve_distance_mm");
   if (!distance_mm) return {};
+  const Quantity nearest = ShowMeasure(FindMeasure("nerve_distance_mm"), std::max(*distance_mm, 0.0));
+  if (!crosses) {
+    return Message{MarkMessage("The blade came no nearer than {0} to the nerve canal. The planned cut passes {1} from "
+                               "the canal."),
+                   {nearest, plan}};
+  }
   return Message{
       MarkMessage("The blade came no nearer than {} to the nerve canal. The planned plane crosses the canal, "
                   "so its distance is not scored."),
-      {ShowMeasure(FindMeasure("nerve_distance_mm"), std::max(*distance_mm, 0.0))}};
+      {nearest}};
 }
 
 /// Returns a sentence for each structure that was injured outside the wanted cut. A nerve that must be spared is
@@ -489,11 +508,19 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
     const std::vector<FaultLoss> losses = FindLosses(sheet);
     named_loss = losses.empty() ? 0 : losses.front().lost;
     if (named_loss >= kSmallLoss) named = losses.front().fault;
-    review.headline = named                        ? DescribeFault(sheet, *named)
+    review.headline = named                    ? DescribeFault(sheet, *named)
+                      : !sheet.crossed.empty() ? Message{MarkMessage("The cut follows its plan, and injures what an "
+                                                                     "operation spares where it can, as named "
+                                                                     "below."),
+                                                         {}}
                       : *sheet.total >= kAllPoints ? Message{MarkMessage("An excellent cut: no points were lost."), {}}
                                                    : Message{MarkMessage("An excellent cut: no single fault cost more "
                                                                          "than {} of 100 points."),
                                                              {Quantity{kSmallLoss, 0, ""}}};
+    if (sheet.level > 0 && *sheet.total >= kGoodTotal && !IsNotThrough(*sheet.kind, GetOrZero(sheet, "cut_share"))) {
+      review.passed = Message{MarkMessage("Level {0} is passed with {1} of 100 points."),
+                              {Quantity{static_cast<double>(sheet.level), 0, ""}, Quantity{*sheet.total, 0, ""}}};
+    }
   }
   review.notes = DescribeInjuries(sheet);
   const bool injury_is_worst = !review.notes.empty() && named_loss < kWorseThanInjury;
@@ -503,7 +530,7 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
     if (!named) review.notes.erase(review.notes.begin());  // the cut was not excellent
   }
   std::erase(review.notes, review.headline);
-  review.nerve = DescribeCrossedNerve(sheet);
+  review.nerve = DescribeNerveOfPlan(sheet);
   review.crossed = DescribeCrossed(sheet);
   ReviewFigures figures = MakeFigures(sheet);
   review.figures = std::move(figures.first);

@@ -134,8 +134,6 @@ void SetHalfValues(const std::vector<WantedCut>& cuts, const SceneExercise& exer
 
 /// Reasons for the end of a recording that count as regular, for a loop and for a path.
 constexpr std::array<std::string_view, 3> kRegularEnds{"asked", "stopped", "the path's end"};
-/// Minimum of the measure line_share; a smaller value means that the exercise was abandoned or interrupted.
-constexpr double kFinished = 0.8;
 
 std::vector<std::string> FindIncomplete(const RecordingReader& recording, const ScoreSheet& sheet) {
   std::vector<std::string> found;
@@ -149,14 +147,14 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   }
   if (!sheet.kind) return found;
   const double fraction = sheet.Get("line_share").value_or(0);
-  if (fraction < kFinished && sheet.kind == ExerciseKind::kDrillHoles) {
+  if (fraction < kFinishedShare && sheet.kind == ExerciseKind::kDrillHoles) {
     found.push_back(fmt::format("the exercise is not finished: {:.0f} of {} holes are at least half as deep as wanted",
                                 fraction * static_cast<double>(sheet.holes.size()), sheet.holes.size()));
-  } else if (fraction < kFinished) {
+  } else if (fraction < kFinishedShare) {
     found.push_back(fmt::format(
         "{}: the tool was at least half as deep as wanted along {:.0f} % of the line; {:.0f} % are required",
         sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "in the readable part", 100 * fraction,
-        100 * kFinished));
+        100 * kFinishedShare));
   }
   return found;
 }
@@ -202,6 +200,7 @@ void FinishSheet(const RecordingReader& recording, const Scene& scene, const Mot
   std::optional<RegionDistance> computed;
   if (nerve == nullptr) nerve = &computed.emplace(before, Tissue::kCanal);
   if (holes) MeasureHoles(before, cuts, meter.FindDeepest(before, cuts), sheet);
+  if (!nerve->empty() && !cuts.empty()) sheet.plan_nerve_mm = nerve->CalcFrom(cuts);
   meter.Finish(tool, gauges, nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
   sheet.incomplete = FindIncomplete(recording, sheet);
   CalcTotal(sheet);

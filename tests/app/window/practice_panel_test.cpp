@@ -117,7 +117,7 @@ ExerciseList MakeList(const char* student, const char* recommended = "groove") {
   std::vector<Attempt> attempts;
   for (const double total : {40.0, 55.0, 64.0}) attempts.push_back(MakeGraded("groove", 1, total));
   for (const double total : {90.0, 60.0, 31.0}) attempts.push_back(MakeGraded("bicortical", 3, total));
-  for (const double total : {50.0, 50.0, 50.0}) attempts.push_back(MakeGraded("osteotomy", 5, total));
+  for (const double total : {50.0, 50.0, 50.0}) attempts.push_back(MakeGraded("mandibulotomy", 5, total));
   std::vector<ExerciseRow> rows = ListProgress(attempts);
   NextStep next = Recommend(attempts, recommended, 1, 50.0);
   return ExerciseList(std::move(rows), student, std::move(next));
@@ -271,20 +271,20 @@ TEST_F(PracticePanel, SmallWindowWithLargeTextIsUsable) {
   for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
   for (const Exercise& exercise : ListExercises()) expect_whole(exercise.title);
   // The list begins with the recommended row, whole, and each row has its scores.
-  list = MakeList("Ann", "osteotomy");
+  list = MakeList("Ann", "mandibulotomy");
   Frame([] {});
   for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
-  EXPECT_LE(ui_.noted().at("exercise osteotomy").bottom(), 480 - 32 * 1.5);
+  EXPECT_LE(ui_.noted().at("exercise mandibulotomy").bottom(), 480 - 32 * 1.5);
   // A text in a column as wide as a letter is cut to nothing, so the columns have some width.
   EXPECT_GT(ui_.noted().at("exercise groove").width, 400);
   expect_button("practise.recommended");
   // So it does if the text becomes larger while the list is open.
-  list = MakeList("Ann", "osteotomy");
+  list = MakeList("Ann", "mandibulotomy");
   ui_.set_text_size(1);
   for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
   ui_.set_text_size(1.5);
   for (int i = 0; i < 4; ++i) Frame([&] { list.Draw(ui_); });
-  EXPECT_LE(ui_.noted().at("exercise osteotomy").bottom(), 480 - 32 * 1.5);
+  EXPECT_LE(ui_.noted().at("exercise mandibulotomy").bottom(), 480 - 32 * 1.5);
   list.Take(KeyDown(Key::kEnter));
   for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
   expect_button("practise.start");
@@ -469,8 +469,8 @@ TEST_F(PracticePanel, KeysAndMouseChooseAnExerciseAndALevel) {
   EXPECT_EQ(list.exercise(), "follow_line");
   EXPECT_EQ(list.level(), 4);
   // A click beside the buttons of a row opens its levels.
-  Click("exercise osteotomy", draw);
-  EXPECT_EQ(list.title(), FindExercise("osteotomy").title);
+  Click("exercise mandibulotomy", draw);
+  EXPECT_EQ(list.title(), FindExercise("mandibulotomy").title);
 }
 
 TEST_F(PracticePanel, ClickInTheDepthPlotChoosesTheTime) {

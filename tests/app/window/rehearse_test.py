@@ -221,6 +221,11 @@ def main():
         w.wait_state("moved by the last step", lambda s: any(p["moved_mm"] == 3 for p in s["pieces"]))
         w.key("Escape")
         w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
+        # An undo that may be meant for the pieces takes back nothing of the cut.
+        after = w.mark()
+        w.key("ctrl+z")
+        w.wait_message("You are back at the saw", after)
+        assert w.state["plane_cut"][0] == 1, w.state
 
         # The cut is undone and redone. The export from the saw's mode contains the pieces as they were moved and measured.
         after = w.mark()

@@ -81,7 +81,7 @@ TEST_P(Ranking, EachScoredMeasureRanksNoviceIntermediateAndExpert) {
 
 INSTANTIATE_TEST_SUITE_P(Each, Ranking,
                          testing::Values("groove", "follow_line", "stop_before_far", "bicortical", "beside_canal",
-                                         "osteotomy"),
+                                         "mandibulotomy"),
                          [](const auto& of) { return std::string(of.param); });
 
 // The student sees the expert beside their own attempt, so it must do what the exercise asks. The levels differ only in

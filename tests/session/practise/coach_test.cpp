@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -208,7 +209,8 @@ TEST(Coach, FarBesideTheLineIsUrgent) {
   }
 }
 
-// The plane of an osteotomy crosses the canal, so the advice mentions it without a warning. There is no line.
+// Where the plane of an osteotomy crosses the canal, the advice mentions it without a warning; where it does not, a
+// blade near the canal is a fault. There is no line.
 TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
   const WantedCut cut = MakeCut();
   const auto say = [&](CoachInput input) {
@@ -218,6 +220,11 @@ TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
   CoachInput near = Place(cut, 8, 1);
   near.nerve_mm = 1.2;
   std::optional<CoachLine> line = say(near);
+  ASSERT_TRUE(line);
+  EXPECT_EQ(line->topic, CoachTopic::kNearNerve);
+  EXPECT_TRUE(line->urgent);
+  near.crosses_nerve = true;
+  line = say(near);
   ASSERT_TRUE(line);
   EXPECT_EQ(line->topic, CoachTopic::kCrossesNerve);
   EXPECT_FALSE(line->urgent);
@@ -230,6 +237,7 @@ TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
   // A fault that can be corrected is more urgent.
   near = Place(cut, 8, 1, 0.82);
   near.nerve_mm = 1.2;
+  near.crosses_nerve = true;
   line = say(near);
   ASSERT_TRUE(line);
   EXPECT_EQ(FormatMessage(line->message), "You leave the planned plane: the blade is 0.8 mm beside it.");
@@ -668,39 +676,26 @@ TEST(Coach, LinesAreCompleteSentences) {
   }
 }
 
-TEST(ExerciseSteps, FractionOfTheLineIsThatOfTheWay) {
+// The advice, the score and the rule for an unfinished attempt use the same share of the line.
+TEST(ExerciseSteps, ShareOfTheLineIsThatOfTheWay) {
   BlockParams block;
   block.size_mm = {30, 16, 8};
   block.voxel_mm = 0.25;
   const WantedCut cut = MakeCut();
   const DepthGauge gauge(MakeBlock(block, DefaultMandibleTable()), cut);
   std::vector<double> deepest_mm(gauge.columns().size(), -5);
-  EXPECT_EQ(CalcLineDone(gauge, deepest_mm), 0);
-  // A disc at the wanted depth has that depth, to within kStepDepth_mm, over its chord there.
-  const double chord_mm =
-      std::sqrt(cut.radius_mm * cut.radius_mm - (cut.radius_mm - kStepDepth_mm) * (cut.radius_mm - kStepDepth_mm));
+  const auto share = [&] { return CalcLineShare(std::span(&gauge, 1), std::span(&deepest_mm, 1)).value(); };
+  EXPECT_EQ(share(), 0);
+  // A disc at the wanted depth is half as deep over its chord there.
+  const double height_mm = (1 - kCoveredFraction) * cut.depth_mm;
+  const double chord_mm = std::sqrt(height_mm * (2 * cut.radius_mm - height_mm));
   for (const double s_mm : {4.0, 8.0, 12.0}) {
     for (double s = std::max(0.0, s_mm - 4); s <= s_mm; s += 0.1) {
       gauge.TakeDepths(cut.CalcToolPose(s, cut.depth_mm), deepest_mm);
     }
     // The points of the rim are 3 degrees apart.
-    EXPECT_NEAR(CalcLineDone(gauge, deepest_mm), (s_mm + chord_mm) / cut.length_mm,
-                0.0524 * cut.radius_mm / cut.length_mm);
+    EXPECT_NEAR(share(), std::min(1.0, (s_mm + chord_mm) / cut.length_mm), 0.0524 * cut.radius_mm / cut.length_mm);
   }
-
-  // While cutting, only what the lowest point has reached counts, to 0.75 mm and a point of the rim, and only on the
-  // line.
-  std::fill(deepest_mm.begin(), deepest_mm.end(), -5);
-  for (double s = 0; s <= 8; s += 0.1) {
-    Pose beside = cut.CalcToolPose(s, cut.depth_mm);
-    beside.p_AB += 1.5 * cut.margin_mm * cut.across_W;
-    gauge.TakeDepths(beside, cut.margin_mm, 0.75, deepest_mm);
-  }
-  EXPECT_EQ(CalcLineDone(gauge, deepest_mm), 0);
-  for (double s = 0; s <= 8; s += 0.1) {
-    gauge.TakeDepths(cut.CalcToolPose(s, cut.depth_mm), cut.margin_mm, 0.75, deepest_mm);
-  }
-  EXPECT_NEAR(CalcLineDone(gauge, deepest_mm), 8.75 / cut.length_mm, 0.0524 * cut.radius_mm / cut.length_mm);
 }
 
 }  // namespace

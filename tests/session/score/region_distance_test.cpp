@@ -6,9 +6,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "bone/grid/build.h"
 #include "bone/material/region_table.h"
+#include "session/scene/exercise.h"
 
 namespace kerf {
 namespace {
@@ -67,6 +69,25 @@ TEST(RegionDistance, ChangesByAtMostTheMotionAndIgnoresSpindleRotation) {
     EXPECT_NEAR(distance.Calc(DiscSaw{}, turned), now_mm, 1e-9);
     last_mm = now_mm;
   }
+}
+
+// A planned cut across the canal, whose floor is above, at or below the canal's wall, and one that ends beside it.
+TEST(RegionDistance, OfAWantedCutIsThatOfItsFloorOrEnd) {
+  const RegionDistance distance(MakeCanalBlock(), Tissue::kCanal);
+  SceneExercise exercise;
+  const auto from = [&](const Vec3& start_mm, const Vec3& end_mm, double depth_mm) {
+    exercise.start_mm = start_mm;
+    exercise.end_mm = end_mm;
+    exercise.depth_mm = depth_mm;
+    const WantedCut cut = MakeWantedCut(exercise, DiscSaw{});
+    return distance.CalcFrom(std::span(&cut, 1));
+  };
+  for (const double depth_mm : {3.0, 6.0, 8.0}) {
+    EXPECT_NEAR(from({0, -10, 10}, {0, 10, 10}, depth_mm), 10 - depth_mm - kCanal_mm, kVoxel_mm) << depth_mm;
+  }
+  EXPECT_LT(from({0, -10, 10}, {0, 10, 10}, 9), 0);
+  // Along the canal, 4 mm beside its axis; the disc is 0.25 mm thick.
+  EXPECT_NEAR(from({-5, 4, 10}, {5, 4, 10}, 12), 4 - 0.5 * DiscSaw{}.thickness_mm - kCanal_mm, kVoxel_mm);
 }
 
 TEST(RegionDistance, BoneWithoutTheTissueHasNone) {

@@ -129,6 +129,7 @@ TEST(Review, NamesWhatThePlanCrossedApartFromWhatWasInjuredOutside) {
   sheet.crossed = {with(canal, 1.5), with(tooth, 10.4)};
   sheet.injured = {{.structure = with(tooth, 2.7), .away_mm = 6}, {.structure = with(canal, 1), .away_mm = 2}};
   SetValue(sheet, "breach_mm3", 2.5);
+  sheet.plan_nerve_mm = -1;
   const ExerciseReview review = MakeReview(sheet);
   EXPECT_THAT(FormatMessage(review.headline),
               HasSubstr("outside the plan: row of touching teeth, patient's left. 2.7"));
@@ -329,6 +330,7 @@ TEST(Review, AttemptBesideTheLineSaysSoAndShowsNoFiguresWithoutSense) {
 
 TEST(Review, OsteotomyNamesTheNerveThatThePlaneCrosses) {
   ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  sheet.plan_nerve_mm = -1.4;
   ASSERT_TRUE(MakeReview(sheet).nerve);
   EXPECT_EQ(FormatMessage(*MakeReview(sheet).nerve),
             "The blade came no nearer than 2.6 mm to the nerve canal. The planned plane crosses the canal, so its "
@@ -348,8 +350,62 @@ TEST(Review, OsteotomyNamesTheNerveThatThePlaneCrosses) {
   SetValue(sheet, "breach_mm3", 0.01);
   EXPECT_THAT(FormatMessage(*MakeReview(sheet).nerve), HasSubstr("touched the nerve canal"));
   for (const ExerciseKind kind : kReviewed) {
-    EXPECT_EQ(MakeReview(PerfectSheet(kind)).nerve.has_value(), kind == ExerciseKind::kOsteotomy);
+    ScoreSheet other = PerfectSheet(kind);
+    EXPECT_FALSE(MakeReview(other).nerve) << "no canal is known";
+    other.plan_nerve_mm = -1.4;
+    EXPECT_EQ(MakeReview(other).nerve.has_value(), kind == ExerciseKind::kOsteotomy);
   }
+}
+
+// Only a plan that crosses the canal is said to cross it.
+TEST(Review, OsteotomySaysHowFarItsPlanIsFromTheNerve) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  sheet.plan_nerve_mm = 5.5;
+  const auto nerve = [&] { return FormatMessage(MakeReview(sheet).nerve.value()); };
+  EXPECT_EQ(nerve(),
+            "The blade came no nearer than 2.6 mm to the nerve canal. The planned cut passes 5.5 mm from the canal.");
+  SetValue(sheet, "breach_mm3", 3.3);
+  SetValue(sheet, "breaches", 1);
+  EXPECT_EQ(nerve(),
+            "The nerve canal was injured, and 3.3 mm³ of it were removed. The planned cut passes 5.5 mm from the "
+            "canal.");
+  sheet.canal_severed = true;
+  EXPECT_THAT(nerve(), HasSubstr("The nerve canal was severed"));
+  SetValue(sheet, "breach_mm3", 0.01);
+  EXPECT_THAT(nerve(), HasSubstr("touched the nerve canal. The planned cut passes 5.5 mm"));
+}
+
+// A plan that sacrifices a nerve or a tooth is followed, but not praised.
+TEST(Review, CutThatInjuresAsPlannedIsNotCalledExcellent) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  EXPECT_THAT(Headline(sheet), HasSubstr("An excellent cut"));
+  StructureResult nerve;
+  nerve.kind = MarkKind::kCanal;
+  nerve.removed_mm3 = 3;
+  sheet.crossed = {nerve};
+  EXPECT_EQ(Headline(sheet),
+            "The cut follows its plan, and injures what an operation spares where it can, as named below.");
+}
+
+// Whether the level is passed comes before what could be better, by the rule by which the next level is recommended.
+TEST(Review, PassedLevelIsSaidFirst) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  sheet.level = 2;
+  SetValue(sheet, "cut_share", 0.99);
+  SetValue(sheet, "plane_angle_deg", 3);
+  CalcTotal(sheet);
+  ASSERT_GE(sheet.total.value(), kGoodTotal);
+  ASSERT_TRUE(MakeReview(sheet).passed);
+  EXPECT_THAT(FormatMessage(*MakeReview(sheet).passed), HasSubstr("Level 2 is passed with "));
+  EXPECT_THAT(Headline(sheet), HasSubstr("Your cut"));
+  SetValue(sheet, "cut_share", 0.97);  // the bone holds together
+  CalcTotal(sheet);
+  ASSERT_GE(sheet.total.value(), kGoodTotal);
+  EXPECT_FALSE(MakeReview(sheet).passed);
+  sheet.kind = ExerciseKind::kGroove;
+  EXPECT_TRUE(MakeReview(sheet).passed);
+  sheet.total = kGoodTotal - 0.1;
+  EXPECT_FALSE(MakeReview(sheet).passed);
 }
 
 TEST(Review, LostPointsOfAllFiguresAddUpToTheRoundedTotal) {
