@@ -136,7 +136,7 @@ struct LawParameter {
   bool has_interval() const { return interval_lower < interval_upper; }
 };
 
-/// Range of bites that a law's measurements cover. `below` and `beyond` complete the warning for bites outside it.
+/// Range of bites that a law's measurements cover. `below` and `beyond` complete the warnings outside it; "": none.
 struct LawValidity {
   double from_mm = 0;
   double to_mm = std::numeric_limits<double>::infinity();

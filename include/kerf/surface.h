@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,17 +20,26 @@ TriangleMesh ExtractSurface(const Bone& bone, double adaptivity = 0);
 /// 0.1 mm.
 inline constexpr double kSmallestPiece_mm3 = 1e-3;
 
-/// Separate pieces of a bone, largest first. Two voxels are connected if both are inside and share a face, so a kerf at
-/// least one voxel wide separates them. Their sum is the bone within the bounds of docs/physics.md. Pieces whose
-/// voxels have a total volume of less than `min_mm3`, and those whose surface encloses less than kSmallestPiece_mm3,
-/// are counted as dust.
-struct Pieces {
-  std::vector<Bone> pieces;
+/// What SplitPieces() counts; all volumes are those of Bone::CalcVolume().
+struct PieceCounts {
   std::size_t dust_count = 0;
   double dust_mm3 = 0;
+  std::optional<std::size_t> old_dust_count;  // of these, crumbs in crumbs of the bone before the cut, if it is known
+  double old_dust_mm3 = 0;
+  /// Pieces and other crumbs no voxel of which is deeper than half a voxel, as in walls thinner than about a voxel.
+  std::size_t thin_count = 0;
+  double thin_mm3 = 0;
+};
+
+/// Separate pieces of a bone, largest first. Two voxels are connected if both are inside and share a face, so a kerf at
+/// least one voxel wide separates them. Their sum is the bone within the bounds of docs/physics.md. Those that enclose
+/// less than `min_mm3` or kSmallestPiece_mm3 are crumbs, which are counted as dust.
+struct Pieces : PieceCounts {
+  std::vector<Bone> pieces;
   Bone dust;  // all of it; empty() if there is none
 };
-Pieces SplitPieces(const Bone& bone, double min_mm3 = 0);
+/// `before`: the bone before it was cut; null: not known.
+Pieces SplitPieces(const Bone& bone, double min_mm3 = 0, const Bone* before = nullptr);
 
 /// A leaf of a bone's level set: 8 x 8 x 8 voxels near the surface.
 struct BoneLeaf {

@@ -119,7 +119,8 @@ void Run(const CheckArguments& options) {
     json["force"]["blades"] = DescribeBlades(scene.force, MakeTool(scene));
     json["force"]["good_for"] = FindCaveat(law).good_for;
     json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
-    json["force"]["published_J_per_mm3"] = {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3};
+    json["force"]["from_measured_forces_J_per_mm3"] = kEnergyFromForces_J_per_mm3;
+    json["force"]["widened_J_per_mm3"] = {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3};
     if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
       json["force"]["at_top_bite"] = {{"thrust_N", tooth->thrust_N},
                                       {"cutting_N", tooth->cutting_N},

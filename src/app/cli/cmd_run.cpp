@@ -74,8 +74,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
     fmt::print("{}{:.2f} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
     if (s.pieces[i].place != PieceFate::kHeld) fmt::print(" ({})", ToString(s.pieces[i].place));
   }
-  if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 in total", s.dust_count, s.dust_mm3);
-  fmt::print("\n");
+  fmt::print("{}\n", DescribeCrumbs(s.piece_counts));
   PrintSurfaces(s.pieces, s.surface_error_mm);
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
   if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));

@@ -4,6 +4,7 @@
 #include <memory>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "bone/grid/labels.h"
 #include "bone/grid/parts_reader.h"
@@ -16,13 +17,20 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-// A few voxels can enclose far less than their own volume. A piece whose voxels have a larger total volume than this is
+// The voxels of a thin piece have a far larger total volume than the piece. Above this multiple of the threshold it is
 // never a crumb.
-constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
+constexpr double kMaybeCrumb = 100;
 
-}  // namespace
+/// Connected inside voxels.
+struct ConnectedPart {
+  std::size_t root = 0, voxels = 0;
+  Coord voxel;                      // one of them
+  float deepest_mm = 0;             // smallest phi
+  std::vector<std::size_t> blocks;  // that have some of them
+};
 
-Pieces SplitPieces(const Bone& bone, double min_mm3) {
+/// `dust_only`: leaves out the pieces, whose copies take memory.
+Pieces Split(const Bone& bone, double min_mm3, const Bone* before, bool dust_only) {
   const BoneGrids& grids = GridsOf(bone);
   const double voxel_mm3 = std::pow(grids.voxel_mm(), 3);
   const Labels labels = LabelInside(grids.phi->tree());
@@ -31,48 +39,58 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
   UnionFind<> sets(labels.node_count);
   ForEachTouch(labels, [&sets](std::size_t a, std::size_t b) { sets.Join(a, b); });
 
-  // Number of voxels of each piece; `order` sorts them, largest first.
-  std::unordered_map<std::size_t, std::size_t> voxel_count;
-  for (const LabelledBlock& block : blocks) {
-    if (!block.leaf) {
-      voxel_count[sets.Find(block.first_node)] += 512;
-      continue;
-    }
-    for (const std::uint16_t part : block.part) {
-      if (part != kNoPart) ++voxel_count[sets.Find(block.first_node + part)];
+  std::unordered_map<std::size_t, ConnectedPart> parts;  // by root
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    const LabelledBlock& block = blocks[n];
+    const auto add = [&](std::size_t part, openvdb::Index i, std::size_t voxels, float phi) {
+      ConnectedPart& p = parts[sets.Find(block.first_node + part)];
+      if (p.voxels == 0) p.voxel = block.origin + FloatLeaf::offsetToLocalCoord(i);
+      p.voxels += voxels;
+      p.deepest_mm = std::min(p.deepest_mm, phi);
+      if (p.blocks.empty() || p.blocks.back() != n) p.blocks.push_back(n);
+    };
+    if (!block.leaf) add(0, 0, FloatLeaf::SIZE, -grids.phi->background());
+    for (openvdb::Index i = 0; block.leaf && i < FloatLeaf::SIZE; ++i) {
+      if (block.part[i] != kNoPart) add(block.part[i], i, 1, block.leaf->getValue(i));
     }
   }
-  std::vector<std::pair<std::size_t, std::size_t>> order;  // voxels, root
-  for (const auto& [root, count] : voxel_count) order.emplace_back(count, root);
-  std::sort(order.begin(), order.end(),
-            [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+  std::vector<const ConnectedPart*> order;  // largest first
+  for (auto& [root, part] : parts) {
+    part.root = root;
+    order.push_back(&part);
+  }
+  std::sort(order.begin(), order.end(), [](const ConnectedPart* a, const ConnectedPart* b) {
+    return a->voxels != b->voxels ? a->voxels > b->voxels : a->root < b->root;
+  });
 
-  // Copies the pieces with these roots: the leaves and tiles that contain them, and the adjacent leaves for the outer
-  // side of the band. Voxels of other pieces become outside.
-  const auto copy = [&](const std::unordered_set<std::size_t>& roots) {
+  // Copies these pieces: the leaves and tiles that contain them, and the adjacent leaves for the outer side of the
+  // band. Voxels of other pieces become outside.
+  std::vector<char> is_kept(blocks.size(), 0);
+  const auto copy = [&](const std::vector<const ConnectedPart*>& wanted) {
+    std::unordered_set<std::size_t> roots;
+    std::vector<std::size_t> kept;
+    for (const ConnectedPart* part : wanted) {
+      roots.insert(part->root);
+      for (const std::size_t n : part->blocks) {
+        for (int beside = 0; beside < 27; ++beside) {
+          const auto found = index.find(
+              blocks[n].origin.offsetBy(8 * (beside / 9 - 1), 8 * (beside / 3 % 3 - 1), 8 * (beside % 3 - 1)));
+          if (found != index.end() && !std::exchange(is_kept[found->second], 1)) kept.push_back(found->second);
+        }
+      }
+    }
+    std::sort(kept.begin(), kept.end());
+    for (const std::size_t n : kept) is_kept[n] = 0;
     const auto is_ours = [&](const LabelledBlock& block, std::uint16_t part) {
       return roots.contains(sets.Find(block.first_node + part));
     };
-    std::vector<char> keep(blocks.size(), 0);
-    for (std::size_t n = 0; n < blocks.size(); ++n) {
-      bool ours = false;
-      for (std::uint16_t part = 0; part < blocks[n].part_count; ++part) ours = ours || is_ours(blocks[n], part);
-      if (!ours) continue;
-      for (int beside = 0; beside < 27; ++beside) {
-        const Coord at =
-            blocks[n].origin.offsetBy(8 * (beside / 9 - 1), 8 * (beside / 3 % 3 - 1), 8 * (beside % 3 - 1));
-        const auto found = index.find(at);
-        if (found != index.end()) keep[found->second] = 1;
-      }
-    }
     Bone piece;
     GridsOf(piece) = grids;
     GridsOf(piece).phi = openvdb::gridPtrCast<openvdb::FloatGrid>(grids.phi->copyGridWithNewTree());
     FloatTree& tree = GridsOf(piece).phi->tree();
     const float band = tree.background();
-    for (std::size_t n = 0; n < blocks.size(); ++n) {
+    for (const std::size_t n : kept) {
       const LabelledBlock& block = blocks[n];
-      if (!keep[n]) continue;
       if (!block.leaf) {
         if (is_ours(block, 0)) tree.addTile(1, block.origin, -band, false);
         continue;
@@ -91,28 +109,58 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
     return piece;
   };
 
+  const auto calc_volume = [&](const std::vector<const ConnectedPart*>& wanted) {
+    return wanted.empty() ? 0 : copy(wanted).CalcVolume();
+  };
+
   Pieces result;
-  std::unordered_set<std::size_t> dust;
-  for (const auto& [count, root] : order) {
-    const double mm3 = static_cast<double>(count) * voxel_mm3;
-    if (mm3 < min_mm3) {
-      dust.insert(root);
-      result.dust_mm3 += mm3;
-      continue;
+  const double least_mm3 = std::max(min_mm3, kSmallestPiece_mm3);
+  const auto is_thin = [&](const ConnectedPart& part) {
+    return -static_cast<double>(part.deepest_mm) < 0.5 * grids.voxel_mm();
+  };
+  std::vector<const ConnectedPart*> dust, old, thin;
+  for (const ConnectedPart* part : order) {
+    const double voxels_mm3 = static_cast<double>(part->voxels) * voxel_mm3;
+    bool is_dust = 8 * voxels_mm3 < least_mm3;  // it lies in the eight cells around each of its voxels
+    Bone piece;
+    if (!is_dust) {
+      const bool maybe_dust = voxels_mm3 < kMaybeCrumb * least_mm3;
+      if (dust_only && !maybe_dust) continue;
+      piece = copy({part});
+      is_dust = maybe_dust && piece.CalcVolume() < least_mm3;
     }
-    Bone piece = copy({root});
-    if (mm3 < kMaybeCrumb_mm3) {
-      if (const double exact_mm3 = piece.CalcVolume(); exact_mm3 < kSmallestPiece_mm3) {
-        dust.insert(root);
-        result.dust_mm3 += exact_mm3;
-        continue;
-      }
+    if (is_dust) {
+      dust.push_back(part);
+    } else {
+      if (is_thin(*part)) thin.push_back(part);
+      if (!dust_only) result.pieces.push_back(std::move(piece));
     }
-    result.pieces.push_back(std::move(piece));
+  }
+  if (!dust.empty()) result.dust = copy(dust);
+  if (dust_only) return result;
+  // Cutting only removes bone, so that each crumb lies in one piece or crumb of the bone before.
+  const Bone before_dust = before != nullptr && !dust.empty() ? Split(*before, min_mm3, nullptr, true).dust : Bone();
+  const FloatTree& tree = GridsOf(before_dust).phi->tree();
+  for (const ConnectedPart* part : dust) {
+    if (tree.getValue(part->voxel) < 0) {
+      old.push_back(part);
+    } else if (is_thin(*part)) {
+      thin.push_back(part);
+    }
   }
   result.dust_count = dust.size();
-  if (!dust.empty()) result.dust = copy(dust);
+  result.dust_mm3 = dust.empty() ? 0 : result.dust.CalcVolume();
+  if (before != nullptr) result.old_dust_count = old.size();
+  result.old_dust_mm3 = calc_volume(old);
+  result.thin_count = thin.size();
+  result.thin_mm3 = calc_volume(thin);
   return result;
+}
+
+}  // namespace
+
+Pieces SplitPieces(const Bone& bone, double min_mm3, const Bone* before) {
+  return Split(bone, min_mm3, before, false);
 }
 
 }  // namespace kerf

@@ -3,6 +3,7 @@
 
 #include "cut/force/hertz.h"
 #include "cut/force/laws.h"
+#include "cut/force/measured.h"
 
 namespace kerf {
 namespace {
@@ -19,7 +20,7 @@ const ForceLawInfo& HertzChip() {
       "hertz_chip",
       "grows with the bite: Hertz's sphere pressed in as deep as the tooth bites",
       "Hertz; a sphere of the tool's radius, as the paper takes its disc (docs/physics.md)",
-      {0, 0.003, "",
+      {kMinMeasuredBite_mm, 0.003, "",
        "beyond it gives more than twice the measured thrust; feed more slowly or turn "
        "faster"},
       {kContactRadius},

@@ -116,7 +116,7 @@ double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {
   if (law.table() != nullptr) return FindDataBites(law).second;
   const double default_mm = law.info().validity.to_mm;
   if (std::string_view(law.name()) != "hertz_chip") return default_mm;
-  double low_mm = 0;
+  double low_mm = kMinMeasuredBite_mm;
   double high_mm = 1;
   for (int i = 0; i < 60; ++i) {
     const double middle_mm = 0.5 * (low_mm + high_mm);

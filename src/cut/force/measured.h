@@ -35,9 +35,10 @@ inline constexpr double kMeasuredEStar_MPa = 19140;
 /// Returns the bone of the tests at the speed of its first, as this tool cuts it: cortical, direction unknown.
 ToothCut MakeMeasuredBone(const Tool& tool);
 
-/// Bounds of the specific cutting energy, J/mm3. No test measured it. Published forces, widths and bites give 2.9
-/// (bites of 2.5 um) to 0.83 (10 um) for saw teeth, and at most 1.2 to 1.4 for a drill (MacAvelia et al. 2012: thrust
-/// and torque). The upper bound includes the factor of 2 by which studies differ.
+/// Specific cutting energy, J/mm3. No test measured it. Published forces, widths and bites give 2.9 (bites of 2.5 um)
+/// to 0.83 (10 um) for saw teeth, and at most 1.2 to 1.4 for a drill (MacAvelia et al. 2012: thrust and torque).
+inline constexpr std::array<double, 2> kEnergyFromForces_J_per_mm3{0.83, 2.9};
+/// That interval, widened by kerf: rounded, and the upper bound doubled, because studies differ by a factor of 2.
 inline constexpr double kMinSpecificEnergy_J_per_mm3 = 0.8;
 inline constexpr double kMaxSpecificEnergy_J_per_mm3 = 6;
 
@@ -80,11 +81,13 @@ std::pair<double, double> FindDataBites(const ForceLaw& law);
 /// Returns a phrase such as "a bite of 0.6 um, below the 2.5 to 10 um of the published tests".
 std::string DescribeBite(const ForceLaw& law, double bite_mm);
 
+/// Below this bite no force was measured.
+inline constexpr double kMinMeasuredBite_mm = 0.002;
 /// Multiple of the measured thrust up to which hertz_chip counts as valid.
 inline constexpr double kMaxThrustFactor = 2;
 /// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which the law's thrust is
-/// kMaxThrustFactor times the measured thrust; this bite depends on the tool. For a law with a table see
-/// FindDataBites().
+/// kMaxThrustFactor times the measured thrust, but at least kMinMeasuredBite_mm; this bite depends on the tool. For a
+/// law with a table see FindDataBites().
 double FindMaxValidBite(const ForceLaw& law, const Tool& tool);
 /// Returns the smallest bite for which the law is valid, mm. For a law with a table see
 /// FindDataBites().

@@ -43,6 +43,7 @@ class Calibrator {
     }
     SetParameters();
     for (std::size_t k = 0; k < components_.size(); ++k) AddComponent(k);
+    CheckSceneAccepts(result_);
     SetCovariance();
     SetIntervals();
     SetBootstrap(progress);

@@ -99,8 +99,8 @@ struct Calibration {
   std::optional<double> CalcHalfBand(ForceComponent component, double bite_mm) const;
 };
 
-/// Fits the law to the data. Throws kerf::Error if the law uses none of the data, and if the data determine none of the
-/// law's coefficients.
+/// Fits the law to the data. Throws kerf::Error if the law uses none of the data, if the data determine none of the
+/// law's coefficients, and if a scene would not accept the result.
 ///
 /// Each component is fitted by weighted least squares; its weights are 1 / SD^2 if SDs are given, otherwise equal. The
 /// covariance is scaled by chi2 / degrees of freedom, so SDs need only be right relative to each other. crossover_share
@@ -111,6 +111,8 @@ struct Calibration {
 Calibration CalibrateLaw(const LinearLaw& law, const Measurements& data, const CalibrationParams& params,
                          const std::string& file, const std::function<void(double)>& progress = {});
 
+/// Throws kerf::Error if a parameter is outside the range of the scene's key.
+void CheckSceneAccepts(const Calibration& calibration);
 /// Returns a sentence for each thing that the data do not determine, or that a user of the result must know.
 std::vector<std::string> ListWarnings(const Calibration& calibration);
 

@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "base/core/number_text.h"
 #include "experiment/calibration/calibration.h"
+#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -56,8 +58,7 @@ void WarnOfComponents(const Calibration& c, std::vector<std::string>& warnings) 
 }
 
 void WarnOfParameters(const Calibration& c, std::vector<std::string>& warnings) {
-  for (std::size_t j = 0; j < c.parameters.size(); ++j) {
-    const ParameterResult& p = c.parameters[j];
+  for (const ParameterResult& p : c.parameters) {
     if (p.state == ParameterState::kAtZero) {
       warnings.push_back(fmt::format(
           "{} would be {} without limits; it is set to 0, the lowest value that a scene accepts, and the others were "
@@ -69,15 +70,34 @@ void WarnOfParameters(const Calibration& c, std::vector<std::string>& warnings) 
           fmt::format("{} is poorly determined: its 95 % interval, {} to {}, is wider than its estimate, {}", p.key,
                       ShowThree(p.interval->lower), ShowThree(p.interval->upper), ShowThree(p.value)));
     }
-    if (j >= c.law.coefficients.size()) continue;
-    const Range range = c.law.coefficients[j].range;
-    if (p.value > range.upper) {
-      warnings.push_back(
-          fmt::format("{} = {} is above {:g}, the highest value that a scene accepts; check the units of "
-                      "the data",
-                      p.key, ShowThree(p.value), range.upper));
+  }
+}
+
+/// Returns a question if the fitted force has the size of a usual one in another unit than N; otherwise "".
+std::string AskForUnit(const Calibration& c) {
+  struct Unit {
+    const char* name;
+    double per_N;
+  };
+  constexpr Unit kUnits[] = {{"mN", 1000}, {"gf", 102}, {"kgf", 0.102}, {"kN", 0.001}};
+  constexpr double kSpread = 3;  // by which studies differ
+  for (const ComponentResult& r : c.components) {
+    if (!r.determined) continue;
+    const std::set<double> bites = BitesOf(c, r.component);
+    const double bite_mm = std::sqrt(*bites.begin() * *bites.rbegin());
+    double usual = 0;
+    for (const Coefficient& k : c.law.coefficients) {
+      if (k.component == r.component) usual += k.default_value * CalcTerm(k.term, bite_mm, c.CrossoverBite_mm());
+    }
+    const double ratio = c.CalcForcePerWidth(r.component, bite_mm) / usual;
+    for (const Unit& unit : kUnits) {
+      if (ratio < unit.per_N / kSpread || ratio > unit.per_N * kSpread) continue;
+      return fmt::format(
+          "the {} is {} times that of cortical bone by the law's defaults: was it measured in {} instead of N?",
+          ToString(r.component), ShowThree(ratio), unit.name);
     }
   }
+  return "";
 }
 
 void WarnOfBites(const Calibration& c, std::vector<std::string>& warnings) {
@@ -165,8 +185,22 @@ void WarnOfSpecimens(const Calibration& c, std::vector<std::string>& warnings) {
 
 }  // namespace
 
+void CheckSceneAccepts(const Calibration& c) {
+  const std::size_t coefficients = c.law.coefficients.size();
+  for (std::size_t j = 0; j < c.parameters.size(); ++j) {
+    const ParameterResult& p = c.parameters[j];
+    const Range range = j < coefficients ? c.law.coefficients[j].range : c.law.fixed[j - coefficients].range;
+    if (range.Contains(p.value)) continue;
+    const std::string unit = AskForUnit(c);
+    throw Error(fmt::format("{}: {} = {} is outside {:g} to {:g}, which a scene accepts: {}", c.file, p.key,
+                            ShowThree(p.value), range.lower, range.upper,
+                            unit.empty() ? "check the units of the data" : unit));
+  }
+}
+
 std::vector<std::string> ListWarnings(const Calibration& c) {
   std::vector<std::string> warnings;
+  if (const std::string unit = AskForUnit(c); !unit.empty()) warnings.push_back(unit);
   WarnOfComponents(c, warnings);
   WarnOfParameters(c, warnings);
   WarnOfBites(c, warnings);

@@ -34,7 +34,7 @@ std::optional<double> FindMeanPower(const EffectRecord& effects) {
 
 }  // namespace
 
-bool CuttingEnergy::IsWithinPublishedRange() const {
+bool CuttingEnergy::IsWithinWidened() const {
   return !specific_J_per_mm3 ||
          (*specific_J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && *specific_J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3);
 }
@@ -77,7 +77,7 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
 }
 
 std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEnergy& energy) {
-  if (energy.IsWithinPublishedRange()) return {};
+  if (energy.IsWithinWidened()) return {};
   if (*energy.specific_J_per_mm3 < 0) {
     return {"the tool moves as fast as its teeth: the bone drives the spindle, and the energy of cutting is below 0"};
   }
@@ -111,9 +111,9 @@ std::string DescribeBites(const Scene& scene) {
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {
   return {{"work_J", OrNull(energy.work_J)},
           {"specific_energy_J_per_mm3", OrNull(energy.specific_J_per_mm3)},
-          {"published_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
-          {"within_published",
-           energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinPublishedRange()) : nullptr},
+          {"from_measured_forces_J_per_mm3", kEnergyFromForces_J_per_mm3},
+          {"widened_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
+          {"within_widened", energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinWidened()) : nullptr},
           {"tooth_pass_mJ", OrNull(energy.pass_mJ)},
           {"thrust_per_cutting_force", OrNull(energy.ratio)},
           {"cutting_force_from", kFromWords[static_cast<std::size_t>(energy.from)]}};

@@ -37,8 +37,8 @@ struct CuttingEnergy {
   std::optional<double> specific_J_per_mm3;  // none if almost nothing was cut
   std::optional<double> pass_mJ;             // mean per tooth passage while any tooth is engaged
 
-  /// Returns true if the specific energy is within the range of published tests (src/cut/force/measured.h), or unknown.
-  bool IsWithinPublishedRange() const;
+  /// Returns true if the specific energy is within kerf's widened interval (src/cut/force/measured.h), or unknown.
+  bool IsWithinWidened() const;
 };
 
 CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectRecord& effects, const CuttingSums& sums);
@@ -47,7 +47,7 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
 /// Returns a phrase such as "0.412 J, 6.05 J/mm3, 1.2 mJ per tooth pass; cutting force = thrust / 1.6; range 0.8 to 6
 /// J/mm3 (...)".
 std::string DescribeCuttingEnergy(const CuttingEnergy& energy);
-/// Returns a sentence if the specific energy is outside the measured range.
+/// Returns a sentence if the specific energy is outside that interval.
 std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEnergy& energy);
 inline std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
   return FindEnergyWarnings(scene.force, energy);

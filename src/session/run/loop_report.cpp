@@ -217,10 +217,7 @@ std::string DescribePieces(const LoopSummary& s) {
     text += fmt::format("{}{:.3g} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
     if (s.pieces[i].place != PieceFate::kHeld) text += fmt::format(" ({})", ToString(s.pieces[i].place));
   }
-  if (s.dust_count > 0) {
-    text += fmt::format("; {} crumb{} of {:.3f} mm3 in total", s.dust_count, s.dust_count == 1 ? "" : "s", s.dust_mm3);
-  }
-  return text;
+  return text + DescribeCrumbs(s.piece_counts);
 }
 
 std::string DescribeEnergy(const LoopSummary& s) {
@@ -364,7 +361,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"numerical_J", s.numerical_J},
         {"numerical_share_of_input", CalcNumericalFraction(s)}}},
       {"pieces", pieces},
-      {"dust", {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}}},
+      {"dust", DustJson(s.piece_counts)},
       {"published",
        {{"leaves", s.leaves_sent},
         {"copy_is_bit_identical", s.mirror_identical},

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kerf/surface.h"
+#include "session/run/run_warnings.h"
 
 namespace kerf {
 namespace {
@@ -50,9 +51,9 @@ void SummarizeLoop(const HapticLoop& loop, LoopSummary& s) {
 }
 
 void SummarizeBone(Bone bone, const Scene& scene, bool keep, LoopSummary& s) {
-  Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
-  s.dust_count = split.dust_count;
-  s.dust_mm3 = split.dust_mm3;
+  Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3, s.before.empty() ? nullptr : &s.before);
+  s.piece_counts = split;
+  for (const std::string& warning : FindPieceWarnings(scene, split, bone.voxel_mm())) s.warnings.push_back(warning);
   const std::span<const PieceOut> out = s.fragments ? s.fragments->out : std::span<const PieceOut>{};
   s.piece_volumes_mm3 = CalcVolumes(split.pieces);
   for (const ResultPiece& piece : ListPieces(split.pieces, s.piece_volumes_mm3, out)) {

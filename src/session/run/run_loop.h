@@ -107,8 +107,7 @@ struct LoopSummary {
   std::optional<double> metal_touched_s;   // time at which the turning edge first touched metal
   bool starts_in_bone = false;             // the tool was placed inside the bone
   std::vector<PieceSummary> pieces;
-  std::size_t dust_count = 0;
-  double dust_mm3 = 0;
+  PieceCounts piece_counts;
   std::vector<std::string> warnings;
   std::uint64_t bone_hash = 0;
   std::uint64_t force_hash = 0;   // of all ticks' forces and poses

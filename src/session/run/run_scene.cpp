@@ -10,12 +10,12 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
+#include "base/core/number_text.h"
 #include "base/files/files.h"
 #include "base/files/peak_memory.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
-#include "kerf/surface.h"
 #include "kerf/version.h"
 #include "session/run/bone_cache.h"
 #include "session/run/expected_files.h"
@@ -92,6 +92,15 @@ PieceSummary Summarize(const ResultPiece& piece) {
   summary.bounds_W.lower += summary.move_mm;
   summary.bounds_W.upper += summary.move_mm;
   return summary;
+}
+
+std::string DescribeCrumbs(const PieceCounts& counts) {
+  if (counts.dust_count == 0) return "";
+  std::string text =
+      fmt::format("; {} of {:.3g} mm3 in total", FormatCount(counts.dust_count, "crumb", "crumbs"), counts.dust_mm3);
+  if (counts.old_dust_count.value_or(0) == 0) return text;
+  return text +
+         fmt::format(", {} of them ({:.3g} mm3) from before the cut", *counts.old_dust_count, counts.old_dust_mm3);
 }
 
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz) {
@@ -218,7 +227,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   std::atomic<bool> is_separated = false;
   std::atomic<double> written = 0;
   std::future<void> pieces = std::async(std::launch::async, [&] {
-    split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
+    split = SplitPieces(result.bone, scene.output.smallest_piece_mm3, &before);
     const std::vector<ResultPiece> listed = ListPieces(split.pieces, CalcVolumes(split.pieces), out);
     for (const ResultPiece& piece : listed) summary.pieces.push_back(Summarize(piece));
     is_separated = true;
@@ -267,8 +276,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     SummarizeBone(before, result, summary);
     finish_pieces();
   }
-  summary.dust_count = split.dust_count;
-  summary.dust_mm3 = split.dust_mm3;
+  summary.piece_counts = split;
   summary.surface_error_mm = surface_error_mm;
   summary.files = data.get();
   for (const PieceSummary& piece : summary.pieces) {
@@ -337,7 +345,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
   json["pieces"] = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) json["pieces"].push_back(PieceJson(piece));
   if (HaveFiles(s.pieces)) json["surface_error_mm"] = s.surface_error_mm;
-  json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
+  json["dust"] = DustJson(s.piece_counts);
   json["ticks"] = TicksJson(s);
   if (s.costs) json["costs"] = CostsJson(*s.costs);
   json["peak_memory_MB"] = s.peak_memory_MB;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bone/mesh/reduce.h"
+#include "kerf/surface.h"
 #include "session/run/cutting_energy.h"
 #include "session/run/path_tape.h"
 #include "session/run/run.h"
@@ -25,6 +26,8 @@ struct PieceSummary {
 };
 
 PieceSummary Summarize(const ResultPiece& piece);
+/// Returns "; 5 crumbs of 0.404 mm3 in total, 2 of them (0.1 mm3) from before the cut", or "" if there are none.
+std::string DescribeCrumbs(const PieceCounts& counts);
 
 struct ForceSummary {
   double peak_N = 0;  // largest magnitude of the force on the tool
@@ -51,8 +54,7 @@ struct RunSummary {
   CuttingEnergy cutting;
   EffectRecord effects;  // without its rows
   std::vector<PieceSummary> pieces;
-  std::size_t dust_count = 0;
-  double dust_mm3 = 0;
+  PieceCounts piece_counts;
   bool starts_in_bone = false;  // teeth were engaged in the first tick after the tool was placed
   bool touched = false;         // a tooth was engaged at least once
   std::size_t ticks = 0;

@@ -67,6 +67,15 @@ std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
   return warnings;
 }
 
+std::vector<std::string> FindPieceWarnings(const Scene& scene, const PieceCounts& counts, double voxel_mm) {
+  // Every cut leaves a few thin crumbs.
+  if (counts.thin_count == 0 || counts.thin_mm3 < scene.output.smallest_piece_mm3) return {};
+  return {fmt::format(
+      "a wall is thinner than about a voxel ({:g} mm), as between two kerfs: {} pieces or crumbs of {:.3g} mm3 in "
+      "total are nowhere deeper than half a voxel, and their number and shape are accidental; use smaller voxels",
+      voxel_mm, counts.thin_count, counts.thin_mm3)};
+}
+
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
   std::vector<std::string> warnings = FindWarnings(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
@@ -74,6 +83,7 @@ std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& s
                            summary.removed_mm3, NameTool(scene.tool.shape)}),
          warnings);
   Append(FindEnergyWarnings(scene, summary.cutting), warnings);
+  Append(FindPieceWarnings(scene, summary.piece_counts, summary.voxel_mm), warnings);
   Append(FindEffectWarnings(scene.effects, summary.effects), warnings);
   return warnings;
 }

@@ -35,6 +35,8 @@ std::string_view NameTool(const Tool& tool);
 std::vector<std::string> FindTickWarnings(const TickFindings& ticks);
 /// About effects that cannot hold or stop a tool on a path.
 std::vector<std::string> FindEffectWarnings(const EffectChoices& effects, const EffectRecord& record);
+/// About walls thinner than a voxel.
+std::vector<std::string> FindPieceWarnings(const Scene& scene, const PieceCounts& counts, double voxel_mm);
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary);
 std::vector<std::string> FindSlabRunWarnings(const Scene& scene, const SlabSummary& summary);
 

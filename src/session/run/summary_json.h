@@ -27,6 +27,14 @@ inline nlohmann::ordered_json PieceJson(const PieceSummary& piece) {
   return row;
 }
 
+inline nlohmann::ordered_json DustJson(const PieceCounts& counts) {
+  nlohmann::ordered_json json = {{"count", counts.dust_count}, {"volume_mm3", counts.dust_mm3}};
+  if (counts.old_dust_count) {
+    json["before_cut"] = {{"count", *counts.old_dust_count}, {"volume_mm3", counts.old_dust_mm3}};
+  }
+  return json;
+}
+
 /// Returns true if any of the pieces or parts was written as a surface.
 template <typename Pieces>
 bool HaveFiles(const Pieces& pieces) {

@@ -273,17 +273,21 @@ std::vector<std::string> FindVoxelWarnings(const SimulationParams& params, doubl
 
 std::vector<std::string> FindLawWarnings(const SimulationParams& params, double bite_mm) {
   const ForceLawInfo& law = params.law.info();
+  const double from_mm = FindMinValidBite(params.law);
   const double to_mm = FindMaxValidBite(params.law, params.tool);
   std::vector<std::string> warnings;
   if (IsNowhereMeasured(law.validity)) {
     warnings.push_back(
         fmt::format("{} {}: {}", law.name, law.validity.beyond, DescribeAccuracy(params.law, params.tool)));
   } else if (bite_mm > to_mm) {
-    warnings.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.2g} um, {}", 1000 * bite_mm,
-                                   law.name, 1000 * to_mm, law.validity.beyond));
-  } else if (bite_mm < FindMinValidBite(params.law)) {
+    const std::string range =
+        from_mm < to_mm ? fmt::format("holds from about {:.2g} to {:.2g} um", 1000 * from_mm, 1000 * to_mm)
+                        : fmt::format("holds at most up to about {:.2g} um, where measurements begin", 1000 * to_mm);
+    warnings.push_back(
+        fmt::format("the bite reaches {:.3g} um: {} {}, {}", 1000 * bite_mm, law.name, range, law.validity.beyond));
+  } else if (bite_mm < from_mm && *law.validity.below != '\0') {
     warnings.push_back(fmt::format("the bite stays at or below {:.3g} um: {} holds from about {:.3g} um, {}",
-                                   1000 * bite_mm, law.name, 1000 * FindMinValidBite(params.law), law.validity.below));
+                                   1000 * bite_mm, law.name, 1000 * from_mm, law.validity.below));
   }
   constexpr double kMeasuredRake_deg = -10;
   constexpr double kRakeTolerance_deg = 10;  // rakes of 0 to -10 degrees differ little (docs/validation.md, rake_1987)

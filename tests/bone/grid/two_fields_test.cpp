@@ -247,6 +247,40 @@ TEST(TwoFields, PiecesAddUpToTheBoneAndOneTakenOutLeavesTheOther) {
   }
 }
 
+// A wall of 0.07 x 3 x 3 mm = 0.63 mm3 is left between two cuts, about a layer of voxels with a volume of 1.8 mm3.
+TEST(TwoFields, CrumbsAreCountedByTheVolumeThatTheyEncloseAndOldOnesApart) {
+  SolidField field;  // the ball is far from the cuts
+  field.value = [](const Vec3& p) {
+    return std::min(test::BoxDistance(p, {2, 1.5, 1.5}), glm::length(p - Vec3(4, 0, 0)) - 0.5);
+  };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3&) { return 24; };
+  const Bone before = MakeBone(field, Box3{Vec3(-6), Vec3(6)}, {0.2, 0.2, {}}, test::OneRegionTable());
+  Bone after = before;
+  for (const double side : {-1.0, 1.0}) {
+    CutAway(after, after.CalcBounds(), [&](const Vec3& p) { return 0.25 - std::abs(p.x - 0.2 - side * 0.285); });
+  }
+  const double ball_mm3 = 4.0 / 3 * std::numbers::pi * 0.125;
+  const Pieces split = SplitPieces(after, 1, &before);
+  ASSERT_EQ(split.pieces.size(), 2u);
+  EXPECT_EQ(split.dust_count, 2u);
+  EXPECT_EQ(split.old_dust_count, 1u);
+  EXPECT_NEAR(split.old_dust_mm3 / ball_mm3, 1, 0.1);  // a ball of 2.5 voxels
+  // The block's distance is rounded about its edges, which takes 0.15 % of the wall.
+  EXPECT_NEAR((split.dust_mm3 - split.old_dust_mm3) / 0.63, 1, 0.004);
+  EXPECT_EQ(split.thin_count, 1u);
+  EXPECT_NEAR(split.thin_mm3, split.dust_mm3 - split.old_dust_mm3, 1e-9);
+  // What is listed has at least the threshold, and what is counted less.
+  for (const double least_mm3 : {0.0, 0.4, 0.6, 0.7, 1.0, 3.0}) {
+    const Pieces pieces = SplitPieces(after, least_mm3);
+    EXPECT_EQ(pieces.dust_count, (ball_mm3 < least_mm3 ? 1u : 0u) + (0.63 < least_mm3 ? 1u : 0u)) << least_mm3;
+    EXPECT_EQ(pieces.pieces.size() + pieces.dust_count, 4u);
+    for (const Bone& piece : pieces.pieces) EXPECT_GE(piece.CalcVolume(), least_mm3);
+    EXPECT_EQ(pieces.thin_count, 1u);
+    EXPECT_FALSE(pieces.old_dust_count.has_value());
+  }
+}
+
 TEST(TwoFields, APieceThatIsPutBackGivesTheBoneBefore) {
   for (const double kerf_mm : {0.25, 0.4}) {
     for (const Pose& X_WB : test::BlockPoses(0.2)) {

@@ -124,16 +124,20 @@ TEST(Measured, FactorsFollowToolAndParameters) {
   EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width: 2 times that"));
 }
 
-// The bite at which the law gives twice the measured force: 3.0 um with the 22 mm disc; with four times the radius,
-// computed by hand, 4/3 19140 sqrt(44) h^1.5 = 2 (5.936 + 339.2 h) is solved by h = 1.82 um.
+// The bite at which the law gives twice the measured force: 3.0 um with the 22 mm disc; with twice the radius, computed
+// by hand, 4/3 19140 sqrt(22) h^1.5 = 2 (5.936 + 339.2 h) is solved by h = 2.33 um. With four times the radius it would
+// be 1.82 um, where nothing was measured.
 TEST(Measured, LargestValidBiteOfHertzChipDependsOnTheTool) {
   DiscSaw large;
-  large.diameter_mm = 88;
+  large.diameter_mm = 44;
   EXPECT_NEAR(FindMaxValidBite(ForceLaw("hertz_chip"), kSaw), 0.0030, 1e-5);
   const double top_mm = FindMaxValidBite(ForceLaw("hertz_chip"), large);
-  EXPECT_NEAR(top_mm, 0.00182, 1e-5);
+  EXPECT_NEAR(top_mm, 0.00233, 1e-5);
   EXPECT_NEAR(CalcThrustFactor(ForceLaw("hertz_chip"), large, top_mm), 2, 1e-6);
   EXPECT_EQ(FindMaxValidBite(ForceLaw("edge_plus_chip"), large), 0.01);
+  large.diameter_mm = 88;
+  EXPECT_EQ(FindMaxValidBite(ForceLaw("hertz_chip"), large), kMinMeasuredBite_mm);
+  EXPECT_EQ(FindMinValidBite(ForceLaw("hertz_chip")), kMinMeasuredBite_mm);
 }
 
 }  // namespace

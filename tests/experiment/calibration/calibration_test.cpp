@@ -226,6 +226,29 @@ TEST(Calibration, WarnsOfAWideInterval) {
   EXPECT_THAT(clear.warnings, Not(Contains(HasSubstr("poorly determined"))));
 }
 
+// The thrust of the data is 0.99 times that of the law's defaults.
+TEST(Calibration, RecognisesAnotherUnitOfForceAndRefusesWhatASceneRefuses) {
+  const auto fit = [](double factor) {
+    std::vector<double> thrust = kThrust_N;
+    for (double& value : thrust) value *= factor;
+    return Fit("edge_plus_chip", MakeThrust(kBites_mm, thrust));
+  };
+  const auto asks = [](const char* unit) {
+    return Contains(HasSubstr(std::string("was it measured in ") + unit + " instead of N?"));
+  };
+  EXPECT_THAT(fit(1000).warnings, asks("mN"));
+  EXPECT_THAT(fit(1 / 0.00980665).warnings, asks("gf"));
+  EXPECT_THAT(fit(1 / 9.80665).warnings, asks("kgf"));
+  EXPECT_THAT(fit(0.001).warnings, asks("kN"));
+  // Artificial bone, and the spread of studies.
+  for (const double factor : {0.36, 1.0, 3.0}) EXPECT_THAT(fit(factor).warnings, Not(Contains(HasSubstr("instead"))));
+  const std::string refused = test::MessageOf([&] { fit(2000); });
+  EXPECT_THAT(refused, testing::StartsWith("data.csv: edge_N_per_mm = 18683"));
+  EXPECT_THAT(refused, HasSubstr(" is outside 0 to 10000, which a scene accepts: the thrust is "));
+  EXPECT_THAT(refused, testing::EndsWith("was it measured in mN instead of N?"));
+  EXPECT_THAT(test::MessageOf([&] { fit(1e5); }), testing::EndsWith("check the units of the data"));
+}
+
 TEST(Calibration, WarnsOfBitesWithoutPublishedForces) {
   const std::string warning = "all bites are outside 0.002 to 0.01 mm";
   const Calibration outside = Fit("edge_plus_chip", MakeThrust({0.04, 0.05, 0.06}, {20, 22, 25}));
@@ -248,7 +271,7 @@ TEST(Calibration, NegativeEstimateIsFittedAgainAtZero) {
 }
 
 TEST(Calibration, RoundingErrorsAreNotNegativeEstimates) {
-  const Calibration c = Fit("edge_plus_chip", MakeThrust({0.002, 0.004, 0.006, 0.007}, {5, 5, 5, 5}));
+  const Calibration c = Fit("edge_plus_chip", MakeThrust({0.002, 0.004, 0.006, 0.007}, {20, 20, 20, 20}));
   EXPECT_EQ(c.parameters[1].state, ParameterState::kFitted);
   EXPECT_NEAR(c.parameters[1].value, 0, 1e-9);
   EXPECT_FALSE(c.components[0].r2);

@@ -89,7 +89,9 @@ TEST_F(CuttingEnergyRun, StraightCutMatchesTheClosedForm) {
       const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"));
       EXPECT_EQ(json["cutting"]["specific_energy_J_per_mm3"], *summary.cutting.specific_J_per_mm3);
       EXPECT_EQ(json["cutting"]["tooth_pass_mJ"], *summary.cutting.pass_mJ);
-      EXPECT_EQ(json["cutting"]["within_published"], expected > 0.8 && expected < 6);
+      EXPECT_EQ(json["cutting"]["from_measured_forces_J_per_mm3"], nlohmann::json({0.83, 2.9}));
+      EXPECT_EQ(json["cutting"]["widened_J_per_mm3"], nlohmann::json({0.8, 6.0}));
+      EXPECT_EQ(json["cutting"]["within_widened"], expected > 0.8 && expected < 6);
       EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(ForceLaw(law), DiscSaw{}));
     }
   }
@@ -130,7 +132,7 @@ TEST_F(CuttingEnergyRun, UsesPowerAndRatioOfTheEffect) {
   EXPECT_NEAR(*half.cutting.work_J / *same.cutting.work_J, 0.5, 1e-6);
 }
 
-TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
+TEST_F(CuttingEnergyRun, WarnsOutsideTheWidenedIntervalOnly) {
   CuttingEnergy energy;
   const Scene scene = ParseScene(SlotScene(3, ""), "slot.toml");
   EXPECT_TRUE(FindEnergyWarnings(scene, energy).empty());  // no known energy, no warning

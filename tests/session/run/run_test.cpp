@@ -88,6 +88,27 @@ TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
   EXPECT_EQ(again.force.peak_N, summary.force.peak_N);
 }
 
+// Two kerfs 0.5 mm wide leave a wall of 0.15 or 0.6 mm between them.
+TEST_F(Run, WarnsOfAWallThinnerThanAVoxel) {
+  for (const double second_mm : {0.7, 1.15}) {
+    const std::string scene = test::kBarToml + test::StrokeToml({0.05, 0, 6.5}, {0.05, 0, 0.5}, 20, {1, 0, 0}) +
+                              test::StrokeToml({second_mm, 0, 6.5}, {second_mm, 0, 0.5}, 20, {1, 0, 0}) +
+                              "[output]\npictures = false\nbone = false\npieces = false\n";
+    const RunSummary summary = RunScene(ParseScene(scene, "scene.toml"), folder_, {});
+    const bool is_thin = second_mm < 1;
+    EXPECT_EQ(summary.piece_counts.thin_mm3 > 1, is_thin);
+    EXPECT_THAT(
+        summary.warnings,
+        testing::Contains(testing::HasSubstr("a wall is thinner than about a voxel (0.2 mm)")).Times(is_thin ? 1 : 0));
+    for (const PieceSummary& piece : summary.pieces) EXPECT_GE(piece.volume_mm3, 1);
+    const auto dust = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"))["dust"];
+    EXPECT_EQ(dust["volume_mm3"], summary.piece_counts.dust_mm3);
+    EXPECT_EQ(dust["before_cut"]["count"], 0);
+  }
+  PieceCounts counts{.dust_count = 5, .dust_mm3 = 0.404, .old_dust_count = 2, .old_dust_mm3 = 0.1};
+  EXPECT_EQ(DescribeCrumbs(counts), "; 5 crumbs of 0.404 mm3 in total, 2 of them (0.1 mm3) from before the cut");
+}
+
 TEST_F(Run, WritesSound) {
   // The disc moves down from 0.5 mm above the bone. The sound is that of the idle saw first, and louder in the cut.
   const Scene scene = ParseScene(
