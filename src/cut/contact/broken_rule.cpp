@@ -27,21 +27,24 @@ void BrokenRule::SetTick(std::uint64_t number) {
 
 void CheckForces(const StepProblem& problem, const Twist& u, const char* law) {
   for (const CuttingPoint& point : problem.cutting) {
-    double bite_mm = std::max(0.0, Dot(point.row, u)) / problem.passes_per_s;
-    const auto check = [&](const char* what, double force_N) {
+    const double bite_mm = std::max(0.0, Dot(point.row, u)) / problem.passes_per_s;
+    const auto check = [&](const char* what, double at_mm, double force_N) {
       if (IsForce(force_N)) return;
       const HeapGuardPause pause;
       throw BrokenRule(fmt::format(
           "the force law {} gives a {} of {:g} N at a bite of {:.3g} um in bone of {:.3g} GPa; a force must "
           "be finite and 0 or more",
-          law, what, force_N, 1000 * bite_mm, point.cut.E_MPa / 1000));
+          law, what, force_N, 1000 * at_mm, point.cut.E_MPa / 1000));
     };
-    check("thrust", problem.law(bite_mm, point.cut));
-    if (problem.way_bite != 1) {
-      bite_mm *= problem.way_bite;
-      check("thrust", problem.law(bite_mm, point.cut));
+    const auto check_at = [&](double at_mm) {
+      check("thrust", at_mm, problem.law(at_mm, point.cut));
+      if (problem.law.HasCutting()) check("cutting force", at_mm, problem.law.Cutting(at_mm, point.cut));
+    };
+    check_at(bite_mm);
+    for (const BitePart& part : problem.bites) {
+      check_at(part.bite * bite_mm);
+      check_at(part.way_bite * bite_mm);
     }
-    if (problem.law.HasCutting()) check("cutting force", problem.law.Cutting(bite_mm, point.cut));
   }
 }
 

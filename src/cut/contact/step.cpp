@@ -162,6 +162,10 @@ double StepProblem::ToothForceAt(double speed, const ToothCut& cut) const {
 
 ToothMean StepProblem::MeanToothForce(const CuttingPoint& point, double speed, double along_speed) const {
   ToothMean mean{ToothForceAt(speed, point.cut), 0};
+  if (!bites.empty() && speed > 0) {
+    mean.radial_N = 0;
+    for (const BitePart& part : bites) mean.radial_N += part.share * ToothForceAt(part.bite * speed, point.cut);
+  }
   if (arc_rad > 0 && point.teeth > 0) {
     const OnsetMean change = CalcOnsetChange(*this, point, speed, along_speed);
     mean.radial_N += change.fraction / point.teeth;
@@ -171,16 +175,21 @@ ToothMean StepProblem::MeanToothForce(const CuttingPoint& point, double speed, d
 }
 
 double StepProblem::MeanThrustOnWay(const CuttingPoint& point, double speed, const ToothMean& mean) const {
-  if (way_bite == 1 || !(speed > 0)) return mean.radial_N;
-  const double bite_mm = speed / passes_per_s;
-  const double thrust_N = law.thrust(law, bite_mm, point.cut);
-  const double on_way_N = law.thrust(law, way_bite * bite_mm, point.cut);
-  return thrust_N > 0 ? mean.radial_N * (on_way_N / thrust_N) : cutting_share * on_way_N;
+  if (bites.empty()) return mean.radial_N;
+  double thrust_N = 0;
+  for (const BitePart& part : bites) thrust_N += part.way_share * ToothForceAt(part.way_bite * speed, point.cut);
+  return thrust_N;
 }
 
 double StepProblem::MeanCuttingForce(const CuttingPoint& point, double speed, const ToothMean& mean) const {
   const double bite_mm = std::max(speed, 0.0) / passes_per_s;
-  const double cutting_N = law.cutting(law, way_bite * bite_mm, point.cut);
+  if (!bites.empty() && bite_mm > 0) {
+    double cutting_N = 0;
+    for (const BitePart& part : bites)
+      cutting_N += part.way_share * law.cutting(law, part.way_bite * bite_mm, point.cut);
+    return cutting_share * cutting_N;
+  }
+  const double cutting_N = law.cutting(law, bite_mm, point.cut);
   const double thrust_N = law.thrust(law, bite_mm, point.cut);
   // The parts of the teeth and of the ramp that act are the same for both forces.
   if (thrust_N > 0) return cutting_N * (mean.radial_N / thrust_N);

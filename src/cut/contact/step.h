@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "cut/contact/spring.h"
+#include "cut/tool/drive.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
 
@@ -141,8 +143,8 @@ struct StepProblem {
   StepCoupling coupling;
   ToothForce law{};
   double passes_per_s = 0;
-  /// Mean bite over the way of the teeth / mean bite over the time: other than 1 only with a stroke.
-  double way_bite = 1;
+  /// With a stroke: the bites of which the mean forces are means; empty: there is one bite.
+  std::span<const BitePart> bites;
   double edge_mm_per_s =
       0;  // mean speed of the teeth of a straight edge; those of a turning edge follow from passes_per_s
   /// Speed over which a law with a nonzero force at zero bite is ramped up to that force, mm/s; 0: no ramp. Without a
@@ -170,7 +172,7 @@ struct StepProblem {
   /// Returns the mean thrust on the teeth of a point over their way, from that over the time: N. Tick-safe.
   double MeanThrustOnWay(const CuttingPoint& point, double speed_mm_per_s, const ToothMean& mean) const;
   /// Returns the mean cutting force over their way of the teeth of a point whose mean thrust is `mean`, N: it is there
-  /// for its work. For a law that is linear in the bite it is exact. The law must have a cutting force. Tick-safe.
+  /// for its work. The law must have a cutting force. Tick-safe.
   double MeanCuttingForce(const CuttingPoint& point, double speed_mm_per_s, const ToothMean& mean) const;
   /// Returns the gradient of J, i.e. the unbalanced force and torque. Tick-safe.
   Twist CalcGradient(const Twist& u) const;

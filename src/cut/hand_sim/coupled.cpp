@@ -128,7 +128,10 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
   const Pose X_from = s.X_WH;
   s.StepFidelity(in, out);
   if (in.rpm != 0) s.CutAtStart(out);
-  s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
+  // The hand's force is steady within a stroke, and so is then the bite that its teeth cut on their way: that is the
+  // floor which the last pass has left, whose memory needs no state (docs/physics.md).
+  s.problem.passes_per_s =
+      s.drive.strokes() ? s.drive.CalcPassRate(in.rpm) : s.shape.passes_per_turn * std::abs(in.rpm) / 60;
 
   s.tick_s = in.dt_s;
   const double first_rad = s.phase_rad;

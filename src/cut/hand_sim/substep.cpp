@@ -94,8 +94,6 @@ void CoupledSimulation::State::Stroke(const CoupledInput& in, double time_s) {
     stroke = {{slide_mm, slide_mm}, slide_mm};
   } else {
     stroke = drive.CalcStep(phase_rad, in.rpm, time_s, tick_s);
-    problem.passes_per_s = stroke.passes_per_s;
-    problem.way_bite = stroke.way_bite;
     problem.edge_mm_per_s = stroke.speed_mm_per_s;
   }
   edge.SetDisplacement(stroke.middle_mm);

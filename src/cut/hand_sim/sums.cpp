@@ -34,8 +34,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
       work_mJ += time_s * p.teeth * mean.along_N * along;
     }
     sums.teeth.thrust_N += time_s * magnitude;
-    const double on_way_N = problem.way_bite == 1 ? magnitude : p.teeth * problem.MeanThrustOnWay(p, speed, mean);
-    sums.teeth.AddThrustPower(on_way_N, time_s, p.cut.speed_mm_per_s);
+    sums.teeth.AddThrustPower(magnitude, time_s, p.cut.speed_mm_per_s);
     if (problem.law.HasCutting()) {
       const double cutting = p.teeth * problem.MeanCuttingForce(p, speed, mean);
       sums.teeth.AddCutting(cutting, time_s, p.cut.speed_mm_per_s);

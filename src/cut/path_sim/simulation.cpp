@@ -76,6 +76,7 @@ struct Simulation::State {
   SimulationParams params;
   Drive drive;
   double phase_rad = 0;  // of a stroke
+  StrokeBites bites;     // of its substep
   ToolShape shape;
   BoneField field;
   Edge edge;
@@ -338,19 +339,21 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
     enter(TickStage::kEngage);
     const Twist u = s.CalcTwist(X_a, X_b, dt_s);
-    DriveStep stroke{{}, 0, passes_per_s, 0};
+    DriveStep stroke;
+    double step_passes_per_s = passes_per_s;
     Pose X_edge = X_a;
     if (s.drive.strokes()) {
       stroke = s.drive.CalcStep(s.phase_rad, begin.rpm, dt_s, in.dt_s);
-      stroke.passes_per_s *= slowing;
+      s.bites = s.drive.CalcBites(s.phase_rad, begin.rpm, dt_s, in.dt_s);
+      step_passes_per_s = slowing * s.bites.passes_per_s;
       s.phase_rad = Drive::Advance(s.phase_rad, begin.rpm, dt_s);
       s.problem.edge_mm_per_s = stroke.speed_mm_per_s;
-      s.problem.way_bite = stroke.way_bite;
+      s.problem.bites = s.bites.span();
       s.edge.SetDisplacement(stroke.middle_mm);
       X_edge = s.shape.motion.Move(X_a, stroke.middle_mm);
     }
     const EdgeLoad load = CallOwn("force law", s.params.law.name(), [&] {
-      EdgeLoad step = s.CalcLoad(X_edge, u, stroke.passes_per_s);
+      EdgeLoad step = s.CalcLoad(X_edge, u, step_passes_per_s);
       if (s.edge.met_metal()) out.status |= kTickTouchesMetal;
       if (const double sum_N = step.sums.thrust_N + step.sums.cutting_N; !(sum_N >= 0 && std::isfinite(sum_N))) {
         ThrowBadSum(s.problem, u, sum_N, s.params.law.name());

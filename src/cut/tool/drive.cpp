@@ -15,6 +15,10 @@ double CalcRate(double rpm) {
   return std::abs(rpm) / 60;
 }
 
+bool IsMean(double rate_hz, double tick_s) {
+  return rate_hz * 2 * tick_s > 1;
+}
+
 /// Integrates by Gauss's rule with five points in each of several equal parts.
 template <typename Function>
 double Integrate(double from, double to, Function&& f) {
@@ -126,37 +130,62 @@ double Drive::CalcMeanSincePassed(double phase_rad, double advance_rad) const {
          advance_rad;
 }
 
-double Drive::CalcWayBite(double phase_rad, double advance_rad, double mean_since_passed_rad) const {
+double Drive::CalcWayBite(double phase_rad, double advance_rad) const {
   // Over so short a way about a turn the ratio is lost to rounding.
   constexpr double kLeastWay = 1e-6;  // of the amplitude: its rounding is 1e-9 of the ratio
   const double way_mm = CalcWay(phase_rad, advance_rad);
   if (!(way_mm > kLeastWay * amplitude_mm_)) return 1;
   const double along = SumParts(phase_rad, advance_rad, way_per_half_period_,
                                 [this](double from, double to) { return IntegrateAlongWay(from, to); });
-  return along / way_mm / mean_since_passed_rad;
+  return along / way_mm / CalcMeanSincePassed(phase_rad, advance_rad);
+}
+
+double Drive::CalcPassRate(double rpm) const {
+  return std::max(2.0, passes_per_period()) * CalcRate(rpm);
 }
 
 DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double tick_s) const {
   const double rate_hz = CalcRate(rpm);
-  const double rad_per_s = 2 * kPi * rate_hz;
-  if (rate_hz * 2 * tick_s > 1) {
-    return {{-amplitude_mm_, amplitude_mm_},
-            0,
-            rad_per_s * kPi / per_half_period_,
-            4 * amplitude_mm_ * rate_hz,
-            0,
-            true,
-            way_per_half_period_ / (2 * amplitude_mm_) * kPi / per_half_period_};
-  }
-  const double advance_rad = rad_per_s * time_s;
-  const double since_rad = CalcMeanSincePassed(phase_rad, advance_rad);
-  return {CalcRange(phase_rad, advance_rad),
-          CalcDisplacement(phase_rad + 0.5 * advance_rad),
-          rad_per_s / since_rad,
+  if (IsMean(rate_hz, tick_s)) return {{-amplitude_mm_, amplitude_mm_}, 0, 4 * amplitude_mm_ * rate_hz, 0, true};
+  const double advance_rad = 2 * kPi * rate_hz * time_s;
+  return {CalcRange(phase_rad, advance_rad), CalcDisplacement(phase_rad + 0.5 * advance_rad),
           CalcWay(phase_rad, advance_rad) / time_s,
-          (CalcDisplacement(phase_rad + advance_rad) - CalcDisplacement(phase_rad)) / time_s,
-          false,
-          CalcWayBite(phase_rad, advance_rad, since_rad)};
+          (CalcDisplacement(phase_rad + advance_rad) - CalcDisplacement(phase_rad)) / time_s, false};
+}
+
+StrokeBites Drive::CalcBites(double phase_rad, double rpm, double time_s, double tick_s) const {
+  const double rad_per_s = 2 * kPi * CalcRate(rpm);
+  double advance_rad = rad_per_s * time_s;
+  if (IsMean(CalcRate(rpm), tick_s)) {
+    phase_rad = -0.5 * kPi;
+    advance_rad = kPi;
+  }
+  StrokeBites bites;
+  const double way_mm = CalcWay(phase_rad, advance_rad);
+  double since_rad = 0;
+  for (double at_rad = 0; at_rad < advance_rad;) {
+    BitePart& part = bites.parts[static_cast<std::size_t>(bites.count++)];
+    const double from_rad = phase_rad + at_rad;
+    const double turned_rad = from_rad + 0.5 * kPi - kPi * std::floor((from_rad + 0.5 * kPi) / kPi);
+    // To the next place where the bite jumps: where the tooth in front turned, and where the tooth itself turns.
+    constexpr double kRounding_rad = 1e-9;
+    const double jump_rad = turned_rad < first_pitch_rad_ - kRounding_rad ? first_pitch_rad_ : kPi;
+    const double left_rad = advance_rad - at_rad;
+    double part_rad = std::min(2 * kPi / StrokeBites::kPartsPerPeriod, std::max(jump_rad - turned_rad, kRounding_rad));
+    if (part_rad > left_rad - kRounding_rad || bites.count == static_cast<int>(bites.parts.size())) part_rad = left_rad;
+    part.share = part_rad / advance_rad;
+    part.bite = CalcMeanSincePassed(from_rad, part_rad);
+    part.way_share = way_mm > 0 ? CalcWay(from_rad, part_rad) / way_mm : part.share;
+    part.way_bite = CalcWayBite(from_rad, part_rad) * part.bite;
+    since_rad += part.share * part.bite;
+    at_rad = part_rad == left_rad ? advance_rad : at_rad + part_rad;
+  }
+  for (BitePart& part : bites.parts) {
+    part.bite /= since_rad;
+    part.way_bite /= since_rad;
+  }
+  bites.passes_per_s = rad_per_s / since_rad;
+  return bites;
 }
 
 double Drive::Advance(double phase_rad, double rpm, double time_s) {

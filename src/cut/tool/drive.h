@@ -2,7 +2,10 @@
 // needs none of it, because its teeth pass each place at equal times.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <numbers>
+#include <span>
 
 #include "cut/tool/edge_motion.h"
 #include "kerf/tool.h"
@@ -12,12 +15,27 @@ namespace kerf {
 /// Motion of the edge over a part of a tick.
 struct DriveStep {
   SlideRange range;
-  double middle_mm = 0;     // displacement in the middle of the time
-  double passes_per_s = 0;  // 1 / mean time since a place was last passed by a tooth; the bite is speed / passes_per_s
+  double middle_mm = 0;          // displacement in the middle of the time
   double speed_mm_per_s = 0;     // mean speed of the teeth along the edge
   double velocity_mm_per_s = 0;  // mean velocity along the edge, towards y of T if positive
   bool is_mean = false;          // of whole periods: the edge moves both ways
-  double way_bite = 1;           // mean bite over the way of the teeth / mean bite over the time
+};
+
+/// A part of a step. Bites are relative to the mean bite over the time of the step.
+struct BitePart {
+  double share = 1;      // of the time of the step
+  double bite = 1;       // mean over the time of the part
+  double way_share = 1;  // of the way of the teeth in the step
+  double way_bite = 1;   // mean over the way in the part
+};
+
+/// Bites of a tooth in a step with a steady feed.
+struct StrokeBites {
+  static constexpr int kPartsPerPeriod = 32;
+  double passes_per_s = 0;  // 1 / mean time since a place was last passed by a tooth; the bite is speed / passes_per_s
+  int count = 0;
+  std::array<BitePart, kPartsPerPeriod / 2 + 6> parts;  // divided where the bite jumps
+  std::span<const BitePart> span() const { return std::span(parts).first(static_cast<std::size_t>(count)); }
 };
 
 /// Returns an ordinary speed of this kind of tool, in the terms of `rpm`: a scene has it if it states none.
@@ -42,6 +60,9 @@ class Drive {
   bool strokes() const { return amplitude_mm_ > 0; }
   /// Mean number of teeth that pass a place in a period, a real number.
   double passes_per_period() const { return 4 * amplitude_mm_ / pitch_mm_; }
+  /// Returns how often a place is passed in a second, on the way of the teeth: the feed divided by it is the mean bite
+  /// over their way. Of a stroke shorter than the pitch, this is of the places that a tooth passes.
+  double CalcPassRate(double rpm) const;
 
   double CalcDisplacement(double phase_rad) const;
   /// Returns the least and the largest displacement from a phase on, over `advance_rad` >= 0: exact.
@@ -55,9 +76,7 @@ class Drive {
   /// Returns the mean over the way of the edge / the mean over the time, both of the time since a place was last
   /// passed. A tooth is fast where its bite is large, so that its work is more than mean force times mean speed. Closed
   /// form.
-  double CalcWayBite(double phase_rad, double advance_rad) const {
-    return CalcWayBite(phase_rad, advance_rad, CalcMeanSincePassed(phase_rad, advance_rad));
-  }
+  double CalcWayBite(double phase_rad, double advance_rad) const;
 
   /// Returns the longest time since a place was last passed, as a phase, rad.
   double longest_since_passed_rad() const { return 2 * first_pitch_rad_; }
@@ -66,13 +85,14 @@ class Drive {
   /// than two ticks, the motion is the mean over a whole period: all of the stroke is swept, and the edge is in its
   /// middle.
   DriveStep CalcStep(double phase_rad, double rpm, double time_s, double tick_s) const;
+  /// Returns the bites over the same time.
+  StrokeBites CalcBites(double phase_rad, double rpm, double time_s, double tick_s) const;
   /// Returns the phase after `time_s`, 0 to 2 pi. Strokes have no direction: the sign of `rpm` has no effect.
   static double Advance(double phase_rad, double rpm, double time_s);
 
  private:
   double IntegrateSincePassed(double from_rad, double to_rad) const;
   double IntegrateAlongWay(double from_rad, double to_rad) const;
-  double CalcWayBite(double phase_rad, double advance_rad, double mean_since_passed_rad) const;
 
   double amplitude_mm_;  // half the stroke
   double pitch_mm_;

@@ -184,6 +184,14 @@ RecordedEvent ParseEvent(const std::string& text) {
 
 }  // namespace
 
+bool RecordingHeader::IsReplayable() const {
+  if (kind == RecordedKind::kSlab || computation == kComputation) return true;
+  const auto has = [this](const char* shape) {
+    return scene_toml.find(fmt::format("shape = \"{}\"", shape)) != std::string::npos;
+  };
+  return computation == 2 && !has("reciprocating") && !has("oscillating") && !has("piezo");
+}
+
 const char* ToString(RecordedKind kind) {
   switch (kind) {
     case RecordedKind::kLoop:

@@ -20,8 +20,8 @@ enum class RecordedKind : std::uint8_t { kLoop, kRun, kSlab };
 const char* ToString(RecordedKind kind);
 
 /// Rises with each version of kerf that computes voxel mode with other bits. 2: the whole bone and the cut are kept
-/// apart (docs/physics.md).
-inline constexpr int kComputation = 2;
+/// apart (docs/physics.md). 3: the bite of a blade with a stroke; with any other tool, the bits are those of 2.
+inline constexpr int kComputation = 3;
 
 /// Header of a recording.
 struct RecordingHeader {
@@ -47,7 +47,7 @@ struct RecordingHeader {
   std::string taken_up_from;  // path of the recording that this one continues; empty: none
 
   /// Returns whether this build computes the same bits; slab mode has not changed.
-  bool IsReplayable() const { return kind == RecordedKind::kSlab || computation == kComputation; }
+  bool IsReplayable() const;
 };
 
 /// End of a recording.

@@ -48,8 +48,8 @@ void CheckReplays(const RecordingReader& recording, const Bone& bone) {
   if (!header.IsReplayable()) {
     const bool was_changed = !header.commit.empty() && header.commit.back() == '+';
     throw Error(fmt::format(
-        "{}: the recording was made by kerf {} of commit {}{}, whose forces at the edges of a cut differ from those of "
-        "this build; replay it with a build of that commit",
+        "{}: the recording was made by kerf {} of commit {}{}, whose forces differ from those of this build; "
+        "replay it with a build of that commit",
         recording.path(), header.version, header.commit.substr(0, 12), was_changed ? "+" : ""));
   }
   if (const std::uint64_t hash = bone.CalcHash(); hash != header.bone_hash) {

@@ -5,7 +5,6 @@
 
 #include "base/core/heap_guard.h"
 #include "cut/hand_sim/hands.h"
-#include "cut/tool/drive.h"
 #include "cut/tool/edge_down.h"
 #include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
@@ -62,8 +61,8 @@ class SawingHand {
 };
 
 TEST(ReciprocatingHand, ForceInAKerfIsThatOfTheLawAtTheFeed) {
-  // A handle at constant speed; after the approach the tool follows at the same mean speed, and the mean force over a
-  // stroke is that of the law at the mean bite, because edge_plus_chip is linear in the bite.
+  // A handle at constant speed; after the approach the tool follows at the same speed. The force is that of the law at
+  // the mean bite over the way of the teeth: feed x pitch / mean speed of the teeth.
   constexpr double kFeed_mm_per_s = 2, kStrokesAMinute = 12000;  // a period of five ticks
   CoupledParams params = SawParams("edge_plus_chip");
   params.law.Set("edge_N_per_mm", 0.5);
@@ -88,9 +87,7 @@ TEST(ReciprocatingHand, ForceInAKerfIsThatOfTheLawAtTheFeed) {
   const double feed_mm = X_first.p_AB.z - X_last.p_AB.z;
   EXPECT_NEAR(feed_mm, 0.2, 0.005);
   EXPECT_NEAR(removed_mm3 / (blade.kerf_mm() * 6 * feed_mm), 1, 0.03);
-  const Drive drive(params.tool);
-  const double since_s =
-      drive.CalcMeanSincePassed(0, 2 * std::numbers::pi) / (2 * std::numbers::pi * kStrokesAMinute / 60);
+  const double since_s = blade.pitch_mm / (2 * blade.stroke_mm * kStrokesAMinute / 60);
   const ToothForce law = MakeToothForce(params.law, params.tool);
   const ToothCut cut = Cortical(CalcReducedModulus(blade.E_MPa, blade.nu, 19300, 0.28));
   EXPECT_NEAR(teeth / (6 / blade.pitch_mm), 1, 0.03);

@@ -105,8 +105,9 @@ TEST(Drive, BiteTimesWayOfAStrokeIsPitchTimesTheFeedOfHalfAPeriod) {
     const double part_s = 0.5 * 60 / kRpm / kParts;
     double sum_mm2 = 0;
     for (int i = 0; i < kParts; ++i) {
-      const DriveStep step = drive.CalcStep(-0.5 * kPi + kPi * i / kParts, kRpm, part_s, part_s);
-      sum_mm2 += kFeed_mm_per_s / step.passes_per_s * step.speed_mm_per_s * part_s;
+      const double phase_rad = -0.5 * kPi + kPi * i / kParts;
+      sum_mm2 += kFeed_mm_per_s / drive.CalcBites(phase_rad, kRpm, part_s, part_s).passes_per_s *
+                 drive.CalcStep(phase_rad, kRpm, part_s, part_s).speed_mm_per_s * part_s;
     }
     EXPECT_NEAR(sum_mm2 / (pitch * kFeed_mm_per_s * 0.5 * 60 / kRpm), 1, 1e-4) << pitch;
   }
@@ -144,24 +145,29 @@ TEST(Drive, WorkOfAStrokeDoesNotDependOnItsParts) {
   // up to the rule that integrates the bite over the time (below 1e-6).
   for (const double pitch : {0.3, 1.41, 2.99}) {
     const Drive drive = MakeDrive(pitch, 3);
+    const auto bite_times_speed = [&](double phase_rad, double rpm, double time_s) {
+      const StrokeBites bites = drive.CalcBites(phase_rad, rpm, time_s, 1e-3);
+      double way_bite = 0;
+      for (const BitePart& part : bites.span()) way_bite += part.way_share * part.way_bite;
+      return way_bite / bites.passes_per_s * drive.CalcStep(phase_rad, rpm, time_s, 1e-3).speed_mm_per_s;
+    };
     for (int parts = 1; parts < 9; ++parts) {
       double sum_mm = 0;
       for (int i = 0; i < parts; ++i) {
-        const DriveStep step = drive.CalcStep(0.4 + 2 * kPi * i / parts, 1200, 0.05 / parts, 1e-3);
-        sum_mm += step.way_bite / step.passes_per_s * step.speed_mm_per_s * 0.05 / parts;
+        sum_mm += bite_times_speed(0.4 + 2 * kPi * i / parts, 1200, 0.05 / parts) * 0.05 / parts;
       }
       EXPECT_NEAR(sum_mm / (pitch * 0.05), 1, 2e-6) << pitch << " " << parts;
     }
-    const DriveStep mean = drive.CalcStep(0.4, 31000, 5e-4, 1e-3);
-    EXPECT_NEAR(mean.way_bite / mean.passes_per_s * mean.speed_mm_per_s / pitch, 1, 2e-6);
+    EXPECT_NEAR(bite_times_speed(0.4, 31000, 5e-4) / pitch, 1, 2e-6);
+    // In a hand: the mean over a whole stroke.
+    EXPECT_NEAR(drive.CalcPassRate(1200) * pitch, 2 * 3 * 20, 1e-9);
   }
 }
 
 TEST(Drive, BiteIsZeroRightAfterATurnAndAStrokeIsNotAveraged) {
   const Drive drive = MakeDrive(1.41, 3);
   // 15000 double strokes a minute and ticks of 1 ms: four ticks to a period.
-  const DriveStep after = drive.CalcStep(0.5 * kPi, 15000, 1e-6, 1e-3);
-  EXPECT_GT(after.passes_per_s, 1e5);
+  EXPECT_GT(drive.CalcBites(0.5 * kPi, 15000, 1e-6, 1e-3).passes_per_s, 1e5);
   const DriveStep tick = drive.CalcStep(0, 15000, 1e-3, 1e-3);
   EXPECT_NEAR(tick.range.least_mm, 0, 1e-12);
   EXPECT_NEAR(tick.range.most_mm, 1.5, 1e-12);
@@ -174,8 +180,15 @@ TEST(Drive, BiteIsZeroRightAfterATurnAndAStrokeIsNotAveraged) {
     EXPECT_EQ(mean.range.most_mm, 1.5);
     EXPECT_EQ(mean.middle_mm, 0);
     EXPECT_NEAR(mean.speed_mm_per_s, 2 * 3 * 31000 / 60.0, 1e-9);
-    EXPECT_NEAR(mean.passes_per_s * drive.CalcMeanSincePassed(0, 2 * kPi), 2 * kPi * 31000 / 60, 1e-6);
+    const double passes_per_s = drive.CalcBites(phase, 31000, 5e-4, 1e-3).passes_per_s;
+    EXPECT_NEAR(passes_per_s * drive.CalcMeanSincePassed(0, 2 * kPi), 2 * kPi * 31000 / 60, 1e-6);
   }
+}
+
+TEST(Drive, AToothThatDoesNotReachTheNextPassesItsPlacesTwiceAPeriod) {
+  const Drive drive = MakeDrive(4, 3);
+  EXPECT_EQ(drive.CalcPassRate(1200), 2 * 20);
+  EXPECT_NEAR(drive.CalcBites(0, 1200, 0.05, 1).passes_per_s, 2 * 20, 1e-9);
 }
 
 TEST(Drive, PhaseReturnsAfterAPeriodAndHasNoDirection) {

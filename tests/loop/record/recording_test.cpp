@@ -87,6 +87,23 @@ class Recordings : public ::testing::Test {
   std::string folder_ = own_.path();
 };
 
+TEST_F(Recordings, OfAnEarlierComputationAreReplayedIfTheirToolHasNoStroke) {
+  RecordingHeader header;
+  const auto replays = [&](int computation, const std::string& shape) {
+    header.computation = computation;
+    header.scene_toml = "[tool]\nshape = \"" + shape + "\"\n";
+    return header.IsReplayable();
+  };
+  for (const char* shape : {"disc", "ball", "bur", "drill"}) {
+    EXPECT_TRUE(replays(kComputation, shape) && replays(2, shape)) << shape;
+    EXPECT_FALSE(replays(1, shape)) << shape;
+  }
+  for (const char* shape : {"reciprocating", "oscillating", "piezo"}) {
+    EXPECT_TRUE(replays(kComputation, shape)) << shape;
+    EXPECT_FALSE(replays(2, shape)) << shape;
+  }
+}
+
 TEST_F(Recordings, RoundTripIsExact) {
   Write(Path("a.kerf"), 1100);
   RecordingReader reader(Path("a.kerf"));

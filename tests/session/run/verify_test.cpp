@@ -139,7 +139,7 @@ TEST_F(Verifies, ARecordingOfVersion1) {
   EXPECT_EQ(recording.header().computation, 1);
   EXPECT_EQ(test::MessageOf([&] { Replay(file); }),
             file + ": the recording was made by kerf 0.1.0 of commit " + recording.header().commit.substr(0, 12) +
-                "+, whose forces at the edges of a cut differ from those of this build; replay it with a build of that "
+                "+, whose forces differ from those of this build; replay it with a build of that "
                 "commit");
 }
 
