@@ -117,20 +117,20 @@ TEST(StrokeHand, SinksAsSingleTeethThatCutAFloorDo) {
     return 0.4 * (9.66 * std::min(1.0, bite_mm / 0.002) + 468 * bite_mm);  // teeth 0.4 mm wide
   };
   // The straight blade is 30 mm long: half of it stands for Hertz's radius.
-  struct Case {
+  struct RateCase {
     Tool tool;
     const char* law;
     Row row;
   };
   const double swing_mm = swinging.radius_mm * swinging.swing_deg * std::numbers::pi / 180;
-  const Case cases[] = {
+  const RateCase cases[] = {
       {straight, "hertz_chip", {1.41, 3, 0, hertz(15)}},
       {straight, "two_component", {1.41, 3, 0, two_component}},
       {swinging, "hertz_chip", {1, swing_mm, 25, hertz(25)}},
       {swinging, "two_component", {1, swing_mm, 25, two_component}},
   };
   double error = 0;
-  for (const Case& one : cases) {
+  for (const RateCase& one : cases) {
     CoupledParams params;
     params.tool = one.tool;
     params.law = ForceLaw(one.law);
