@@ -51,7 +51,8 @@ double CalcFloorRate(const Row& row, double strokes_per_min, double push_N) {
     const double slide_mm =
         0.5 * row.stroke_mm * std::sin(2 * std::numbers::pi * periods) + row.pitch_mm * periods / kPeriods;
     for (int k = -reach; k <= reach; ++k) {
-      ToothAt& tooth = teeth[static_cast<std::size_t>(k + reach)];
+      const int at = k + reach;
+      ToothAt& tooth = teeth[static_cast<std::size_t>(at)];
       const double y_mm = (k - 1) * row.pitch_mm + slide_mm;
       const long cell = static_cast<long>(std::floor((y_mm + 0.5 * kBlock_mm) / cell_mm));
       if (cell == tooth.cell) continue;
