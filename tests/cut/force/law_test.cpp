@@ -240,8 +240,9 @@ TEST(EveryLaw, IsFullyDescribed) {
     }
     EXPECT_LE(info->parameters.size(), LawValues{}.size());
     EXPECT_TRUE(IsNowhereMeasured(info->validity) || info->validity.from_mm < info->validity.to_mm) << info->name;
-    // A limit must state what is wrong beyond it.
-    EXPECT_TRUE(info->validity.from_mm > 0 || std::string(info->validity.below).empty()) << info->name;
+    // A limit must state what is wrong beyond it, but for the bite where measurements begin: every force says that.
+    const bool has_lower = info->validity.from_mm > 0 && info->validity.from_mm != kMinMeasuredBite_mm;
+    EXPECT_EQ(has_lower, !std::string(info->validity.below).empty()) << info->name;
     EXPECT_EQ(std::isfinite(info->validity.to_mm), !std::string(info->validity.beyond).empty()) << info->name;
     for (const LawParameter& p : info->parameters) {
       EXPECT_GE(p.default_value, p.lower) << p.key;
