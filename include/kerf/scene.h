@@ -46,7 +46,7 @@ class SceneFile {
 
   bool is_slab() const;    // [simulation] mode = "slab"
   double rate_hz() const;  // ticks per second along the path
-  double rpm() const;      // of the spindle
+  double rpm() const;      // of a tick: the speed, negative for a tool that turns about -z
   Tool tool() const;
   SimulationParams MakeSimulationParams() const;
   CoupledParams MakeCoupledParams() const;

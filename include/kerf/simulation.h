@@ -55,7 +55,7 @@ inline constexpr double kMinTick_s = 1e-6;
 struct TickInput {
   Pose X_WT;            // tool pose at the end of the tick
   double dt_s = 0.001;  // 0 or more; below 1e-6 the tick does nothing and repeats the last force
-  double rpm = 7500;    // spindle speed; below kMinRpm: stopped, the tool does not cut
+  double rpm = 7500;    // spindle speed; sign: direction about +z; |rpm| < kMinRpm: stopped, the tool does not cut
 };
 
 /// Bits of TickOutput::status. Each comment states what the tick did instead of what was requested. Recordings contain

@@ -38,8 +38,8 @@ struct DiscSaw {
 };
 
 /// Ball burr: a sphere with cutting edges (flutes) from pole to pole. Tool frame T: origin at the ball's centre, z
-/// along the spindle axis. A flute is modelled as a row of teeth of `tooth_width_mm`, the length of edge to which the
-/// force law applies. This width is an assumption (docs/physics.md).
+/// along the spindle axis, towards the handpiece. A flute is modelled as a row of teeth of `tooth_width_mm`, the length
+/// of edge to which the force law applies. This width is an assumption (docs/physics.md).
 struct BallBurr {
   double diameter_mm = 6;
   int flutes = 8;
@@ -276,7 +276,7 @@ inline bool IsBlade(const Tool& tool) {
 
 /// How a tool's edge moves in the tool frame.
 enum class DriveMotion {
-  kRotation,  // about z of T
+  kRotation,  // about z of T: a disc with rpm > 0, others with rpm < 0, clockwise as seen from the handpiece
   kStroke,    // to and fro along itself: along y of T, or about a swing axis behind it (CalcSwingRadius()); `rpm` is
               // then the number of double strokes or swings a minute
 };

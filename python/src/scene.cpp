@@ -113,7 +113,7 @@ arguments; positions in error messages refer to `toml`, the text that is made of
       .def_property_readonly("title", &SceneFile::title)
       .def_property_readonly("is_slab", &SceneFile::is_slab)
       .def_property_readonly("rate_hz", &SceneFile::rate_hz, "Ticks per second.")
-      .def_property_readonly("rpm", &SceneFile::rpm, "Spindle speed.")
+      .def_property_readonly("rpm", &SceneFile::rpm, "Spindle speed; its sign is the sense about z of the tool.")
       .def("__repr__", [](const SceneFile& scene) { return ShowText("<kerf.Scene '" + scene.name() + "'>"); });
   BindCopies(scene_class);
 }

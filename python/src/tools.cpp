@@ -67,11 +67,21 @@ std::string ShowCall(T tool) {
 }
 
 template <IsToolKind T>
+std::string DescribeSense() {
+  if constexpr (ToolKind<T>::kDrive == DriveMotion::kRotation) {
+    return ToolKind<T>::kSense < 0 ? " It turns clockwise as seen from the handpiece: rpm < 0."
+                                   : " It turns counter-clockwise as seen from the handpiece: rpm > 0.";
+  } else {
+    return "";
+  }
+}
+
+template <IsToolKind T>
 void BindKind(py::module_& m) {
   const char* const name = NameClass<T>();
   const std::string text = std::string(name) + "(**parameters): " + std::string(ToolKind<T>::kSummary) +
-                           ". Tool frame: " + std::string(ToolKind<T>::kFrame) + ".\n\nParameters, each by name:\n" +
-                           ListParameters<T>();
+                           ". Tool frame: " + std::string(ToolKind<T>::kFrame) + "." + DescribeSense<T>() +
+                           "\n\nParameters, each by name:\n" + ListParameters<T>();
   py::class_<T> c(m, name, text.c_str());
   BindPickles<T>(c, name);
   BindCopies(c);

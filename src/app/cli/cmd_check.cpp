@@ -100,6 +100,7 @@ void Run(const CheckArguments& options) {
         },
         tool);
     json["tool"]["rpm"] = scene.tool.rpm;
+    if (GetDrive(tool) == DriveMotion::kRotation) json["tool"]["reverse"] = scene.tool.reverse;
     json["path"] = {{"segments", path.segments().size()},
                     {"length_mm", path.length_mm()},
                     {"duration_s", path.duration_s()},
@@ -145,7 +146,9 @@ void Run(const CheckArguments& options) {
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  bone   {}\n", checked.bone);
   fmt::print("  moduli {}\n", DescribeMaterial(scene, checked.material));
-  fmt::print("  tool   {}, {}\n", DescribeTool(scene.tool.shape), DescribeRate(scene.tool));
+  const std::string sense = DescribeSense(scene.tool);
+  fmt::print("  tool   {}, {}{}{}\n", DescribeTool(scene.tool.shape), DescribeRate(scene.tool),
+             sense.empty() ? "" : ", ", sense);
   const std::size_t parts = path.segments().size();
   fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
              scene.path.strokes.empty() ? "segment"

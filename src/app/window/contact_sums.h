@@ -26,7 +26,7 @@ struct ContactSums {
     // A stopped saw that was let go of rests in its kerf.
     if (tick.held || tick.in.rpm != 0) in_bone_s += std::max(0.0, tick.time_s - since_s);
     bone_touch_s = tick.time_s;
-    double& largest_N = tick.in.rpm > 0 ? turning_force_N : stopped_force_N;
+    double& largest_N = tick.in.rpm != 0 ? turning_force_N : stopped_force_N;
     largest_N = std::max(largest_N, glm::length(tick.coupled.f_H_W_N));
   }
 };

@@ -31,7 +31,8 @@ constexpr std::array kColourNames{std::pair{ColourBy::kPlain, "plain"}, std::pai
 constexpr Range kLevelRange_HU{-5000, 50'000};
 
 bool IsSameTool(const SceneTool& a, const SceneTool& b) {
-  return DescribeTool(a.shape) == DescribeTool(b.shape) && a.rpm == b.rpm && CalcRake(a.shape) == CalcRake(b.shape) &&
+  return DescribeTool(a.shape) == DescribeTool(b.shape) && a.rpm == b.rpm && a.reverse == b.reverse &&
+         CalcRake(a.shape) == CalcRake(b.shape) &&
          CalcTooth(a.shape).edge_radius_mm == CalcTooth(b.shape).edge_radius_mm;
 }
 

@@ -21,7 +21,7 @@ HudState ViewerApp::MakeHud() {
   hud.show_values = (session_ != nullptr && began_) || restarts;
   hud.show_plot = hud.show_values;
   hud.values.feed_mm_per_s = figures_.feed_mm_per_s;
-  hud.values.rpm = figures_.in.rpm;
+  hud.values.rpm = std::abs(figures_.in.rpm);
   hud.values.force_N = glm::length(figures_.coupled.f_H_W_N);
   hud.now_s = figures_.time_s;
   if (session_) {

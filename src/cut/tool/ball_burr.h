@@ -10,10 +10,11 @@ struct ToolKind<BallBurr> {
   static constexpr std::string_view kShape = "ball";
   static constexpr std::string_view kSummary = "a burr that cuts with its whole surface";
   static constexpr std::string_view kClass = "Ball";
-  static constexpr std::string_view kFrame = "origin at the ball's centre, z along the spindle";
+  static constexpr std::string_view kFrame = "origin at the ball's centre, z along the spindle, towards the handpiece";
   static constexpr ToolForm kForm = ToolForm::kBall;
   static constexpr ToolWords kWords{"flute", "surface"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
+  static constexpr int kSense = -1;
   static constexpr double kOrdinaryRate_per_min = 20'000;
   static std::string Name(const BallBurr& ball);
   static std::string ShortName(const BallBurr& ball);

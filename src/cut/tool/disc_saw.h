@@ -10,10 +10,11 @@ struct ToolKind<DiscSaw> {
   static constexpr std::string_view kShape = "disc";
   static constexpr std::string_view kSummary = "a saw that cuts with its rim";
   static constexpr std::string_view kClass = "Disc";
-  static constexpr std::string_view kFrame = "origin at the disc's centre, z along the spindle, disc in the x-y plane";
+  static constexpr std::string_view kFrame = "origin at the disc's centre, z along the spindle, towards the handpiece";
   static constexpr ToolForm kForm = ToolForm::kBlade;
   static constexpr ToolWords kWords{"", "rim"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
+  static constexpr int kSense = 1;
   static constexpr double kOrdinaryRate_per_min = 7500;
   static std::string Name(const DiscSaw& disc);
   static std::string ShortName(const DiscSaw& disc);

@@ -17,7 +17,8 @@ double CalcGulletDepth(const DiscSaw& saw) {
   return std::min(0.45 * saw.pitch_mm(), 0.1 * saw.radius_mm());
 }
 
-/// Returns the outline with radial tooth fronts and sloping backs, with tips at the full radius.
+/// Returns the outline with radial tooth fronts, which face the positive sense, and sloping backs, with tips at the
+/// full radius.
 std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   const double radius = saw.radius_mm();
   const double gullet = CalcGulletDepth(saw);
@@ -25,9 +26,9 @@ std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
     double fraction_of_pitch;
     double fraction_of_gullet;
   };
-  // From the tip backwards; then the floor of the gullet, and up the next tooth's front.
-  constexpr Knot kProfile[] = {{0.0, 0.0},  {0.12, 0.03}, {0.35, 0.35}, {0.6, 0.8},
-                               {0.75, 1.0}, {0.88, 0.95}, {0.97, 0.6}};
+  // Up the back of a tooth to its tip, down its front, and along the floor of the gullet.
+  constexpr Knot kProfile[] = {{0.25, 1.0}, {0.4, 0.8},  {0.65, 0.35}, {0.88, 0.03},
+                               {1.0, 0.0},  {1.03, 0.6}, {1.12, 0.95}};
   std::vector<Vec3> outline;
   for (int tooth = 0; tooth < saw.teeth; ++tooth) {
     for (const Knot& knot : kProfile) {

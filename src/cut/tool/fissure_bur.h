@@ -16,6 +16,7 @@ struct ToolKind<FissureBur> {
   static constexpr ToolForm kForm = ToolForm::kRound;
   static constexpr ToolWords kWords{"flute", "side"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
+  static constexpr int kSense = -1;
   static constexpr double kOrdinaryRate_per_min = 40'000;
   static std::string Name(const FissureBur& bur);
   static std::string ShortName(const FissureBur& bur);

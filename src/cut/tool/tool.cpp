@@ -1,6 +1,7 @@
 #include "kerf/tool.h"
 
 #include "cut/tool/kinds.h"
+#include "cut/tool/sense.h"
 
 namespace kerf {
 
@@ -51,6 +52,13 @@ double CalcThickness(const Tool& tool) {
 
 DriveMotion GetDrive(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto&) { return kind.kDrive; });
+}
+
+int GetSense(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) {
+    if constexpr (kind.kDrive == DriveMotion::kRotation) return kind.kSense;
+    return 1;
+  });
 }
 
 double CalcStroke(const Tool& tool) {

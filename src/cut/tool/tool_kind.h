@@ -25,8 +25,9 @@ namespace kerf {
 /// kClass, kFrame: name of its class in Python, and where the tool frame lies.
 /// kForm: the form of the tool.
 /// kWords: GetWords().
-/// kDrive: how its edge moves. With DriveMotion::kStroke also CalcStroke() and CalcSwingRadius(), as the functions of
-/// kerf/tool.h, and Make(), a PlanarBlade: planar_blade.h gives most of what follows.
+/// kDrive: how its edge moves. With DriveMotion::kRotation also kSense: GetSense(). With DriveMotion::kStroke also
+/// CalcStroke() and CalcSwingRadius(), as the functions of kerf/tool.h, and Make(), a PlanarBlade: planar_blade.h gives
+/// most of what follows.
 /// kRates_per_min: speeds that users may set as `rpm`, if not those of a spindle.
 /// kOrdinaryRate_per_min: CalcOrdinaryRate(); one of the rates of the kind in volumes/saws.csv, with their sources.
 /// CalcReach(), CalcRadius(), CalcCutWidth(), CountPassesPerTurn(): as the functions of kerf/tool.h.
@@ -45,7 +46,10 @@ template <typename T>
 struct ToolKind;
 
 template <typename T>
-concept HasDrive = ToolKind<T>::kDrive == DriveMotion::kRotation || requires(const T& tool) {
+concept HasDrive = requires {
+  requires ToolKind<T>::kSense == 1 || ToolKind<T>::kSense == -1;
+}
+|| requires(const T& tool) {
   { ToolKind<T>::CalcStroke(tool) } -> std::same_as<double>;
   { ToolKind<T>::CalcSwingRadius(tool) } -> std::same_as<double>;
   ToolKind<T>::Make(tool);

@@ -17,6 +17,7 @@ struct ToolKind<TwistDrill> {
   static constexpr ToolForm kForm = ToolForm::kRound;
   static constexpr ToolWords kWords{"lip", "tip"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
+  static constexpr int kSense = -1;
   static constexpr double kOrdinaryRate_per_min = 1000;
   static std::string Name(const TwistDrill& drill);
   static std::string ShortName(const TwistDrill& drill);

@@ -46,7 +46,7 @@ CaseRun RunVoxelCase(const CompareCase& what, const Scene& scene, const Bone& bo
   params.law = what.law;
   const double radius_mm = CalcRadius(scene.tool.shape);
   const double rate_hz = scene.simulation.rate_hz;
-  const RunResult run = RunPath(bone, params, path, rate_hz, scene.tool.rpm, progress);
+  const RunResult run = RunPath(bone, params, path, rate_hz, scene.tool.CalcTickRpm(), progress);
   const Vec3 d = glm::normalize(scene.slab.direction);
   CaseRun result;
   result.samples.reserve(run.ticks.size());

@@ -396,7 +396,7 @@ MeasuredCut MakeMeasuredCut(const Scene& scene, const EffectCostOptions& options
   cut.bone = MakeSceneBone(scene, progress);
   FinishKeepingBones();
   cut.X_WT_start = MakePath(scene).CalcPose(0, 0);
-  cut.rpm = scene.tool.rpm;
+  cut.rpm = scene.tool.CalcTickRpm();
   if (options.by_hand) {
     cut.coupled_params = MakeCoupledParams(scene);
     cut.coupled_params.coupling = MakeLoopSetup(scene).fitted.coupling;

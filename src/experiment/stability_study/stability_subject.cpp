@@ -159,7 +159,7 @@ StabilitySubject MakeStabilitySubject(const Scene& scene, const LoopSetup& setup
   subject.setup.watchdog_ms = scene.loop.watchdog_ms;
   subject.X_WT_start = touch.X_WT;
   subject.into_W = touch.into_W;
-  subject.rpm = scene.tool.rpm;
+  subject.rpm = scene.tool.CalcTickRpm();
   return subject;
 }
 

@@ -22,7 +22,7 @@ StudyPath MakeScenePath(const std::string& name, const std::string& scene_file) 
   }
   StudyPath path = MakePlainPath(name, scene.TitleOrName());
   path.saw = MakeDiscSaw(scene);
-  path.rpm = scene.tool.rpm;
+  path.rpm = scene.tool.CalcTickRpm();
   path.law = scene.force;
   path.coupling = MakeCoupledParams(scene).coupling;
 

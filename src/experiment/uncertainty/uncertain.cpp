@@ -67,7 +67,7 @@ SampleRun RunSample(const Shared& shared, const Drawing& drawing, int number, st
   }
   const double rate_hz = scene.simulation.rate_hz;
   RunResult result =
-      RunPath(std::move(bone), MakeSimulationParams(scene), shared.path, rate_hz, scene.tool.rpm, progress);
+      RunPath(std::move(bone), MakeSimulationParams(scene), shared.path, rate_hz, scene.tool.CalcTickRpm(), progress);
   const ForceSummary force = SummarizeForces(result.ticks, rate_hz);
   SampleRun run;
   run.sample.number = number;

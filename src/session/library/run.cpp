@@ -34,7 +34,7 @@ PathRun RunVoxelPath(const Scene& scene, Bone bone, MaterialSummary material, co
   summary.voxel_mm = bone.voxel_mm();
   summary.material = std::move(material);
   RunResult result = RunPath(std::move(bone), MakeSimulationParams(scene), path, scene.simulation.rate_hz,
-                             scene.tool.rpm, progress, {}, tape);
+                             scene.tool.CalcTickRpm(), progress, {}, tape);
   SummarizeTicks(scene, path, result, summary);
   PathRun run;
   run.bone = std::move(result.bone);

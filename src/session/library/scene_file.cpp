@@ -57,7 +57,7 @@ double SceneFile::rate_hz() const {
   return scene_->simulation.rate_hz;
 }
 double SceneFile::rpm() const {
-  return scene_->tool.rpm;
+  return scene_->tool.CalcTickRpm();
 }
 Tool SceneFile::tool() const {
   return MakeTool(*scene_);

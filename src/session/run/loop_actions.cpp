@@ -23,7 +23,7 @@ void LoopActions::Do(const LoopAction& action) {
   requested_at_ = std::chrono::steady_clock::now();
   if (action.kind == LoopAction::Kind::kSpindle) {
     record_request_("rpm", action.name, 0);
-    body_.set_rpm(action.rpm);
+    body_.set_rpm(tool_.CalcTickRpm(action.rpm));
     return;
   }
   current_ = action;

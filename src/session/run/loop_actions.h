@@ -11,6 +11,7 @@
 #include "loop/haptics/step_body.h"
 #include "session/run/loop_undo.h"
 #include "session/run/session_controller.h"
+#include "session/scene/scene.h"
 
 namespace kerf {
 
@@ -18,10 +19,15 @@ namespace kerf {
 class LoopActions {
  public:
   /// All references must outlive this object; `undo` and `peer` are optional. `record_request` records each request
-  /// before it is made.
-  LoopActions(const std::vector<LoopAction>& planned, StepBody& body, LoopUndo* undo, SessionController* peer,
-              LoopUndo::RecordRequest record_request)
-      : planned_(planned), body_(body), undo_(undo), peer_(peer), record_request_(std::move(record_request)) {}
+  /// before it is made. `tool` gives the speeds of actions their sense.
+  LoopActions(const std::vector<LoopAction>& planned, const SceneTool& tool, StepBody& body, LoopUndo* undo,
+              SessionController* peer, LoopUndo::RecordRequest record_request)
+      : planned_(planned),
+        tool_(tool),
+        body_(body),
+        undo_(undo),
+        peer_(peer),
+        record_request_(std::move(record_request)) {}
 
   /// Starts the actions that are due at `now_s`, one at a time. A failure is reported to the peer if the action was its
   /// request; otherwise it is added to `warnings`.
@@ -38,6 +44,7 @@ class LoopActions {
   void Do(const LoopAction& action);
 
   const std::vector<LoopAction>& planned_;
+  const SceneTool& tool_;
   StepBody& body_;
   LoopUndo* undo_;
   SessionController* peer_;

@@ -267,7 +267,7 @@ void LoopSession::State::MakeBody() {
   handle.emplace(scene, options.driver, s.setup, path, coupling.p_TC_mm,
                  coupling.stiffness_N_per_mm * s.setup.force_scale);
   StepBodyParams body_params;
-  body_params.rpm = scene.tool.rpm;
+  body_params.rpm = scene.tool.CalcTickRpm();
   body_params.period_s = period_s;
   body_params.force_map = s.setup.force_map;
   // A real device may be plugged in again.
@@ -336,7 +336,8 @@ void LoopSession::State::MakeReaders() {
     recorder->Drain(*loop);
     if (recording) recording->AddEvent(what, name, number);
   };
-  actions.emplace(options.undo.actions, *step_body, undo ? &*undo : nullptr, options.watchers.peer, record_request);
+  actions.emplace(options.undo.actions, scene.tool, *step_body, undo ? &*undo : nullptr, options.watchers.peer,
+                  record_request);
   began = WallClock::now();
 }
 

@@ -15,6 +15,7 @@
 #include "cut/tool/looks.h"
 #include "cut/tool/words.h"
 #include "kerf/surface.h"
+#include "session/scene/saws.h"
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
 #include "view/plot/plot.h"
@@ -256,7 +257,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const Vec3 toward_eye = outward + 0.55 * across + Vec3(0, 0, 0.35);
   const double travel_mm = glm::length(last.X_WT.p_AB - first.X_WT.p_AB);
   cut.camera = MakeCamera(toward_eye, UpNotAlong(toward_eye), middle, std::clamp(travel_mm + 12, 16.0, 48.0));
-  cut.tools.push_back({tool, peak.X_WT, 1});
+  cut.tools.push_back({tool, peak.X_WT, 1, run.scene.tool.CalcTickRpm()});
   const double peak_N = glm::length(peak.out.f_T_W_N);
   std::string scale;
   if (peak_N > 0) {
@@ -271,6 +272,9 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
       "bone after the cut; tool and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} "
       "s{}",
       peak_N, peak.time_s, scale);
+  if (const std::string sense = DescribeSense(run.scene.tool); !sense.empty() && run.scene.tool.rpm != 0) {
+    cut.caption += fmt::format("; it turns {} (bent arrow)", sense);
+  }
   if (moments.any) write(cut, "cut.png", 0.8);
   cut = {};
   after = {};

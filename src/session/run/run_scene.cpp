@@ -209,8 +209,8 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   if (costs.costs) FinishKeepingBones();
   RunTape tape(session, scene, RecordedKind::kRun, before);
-  RunResult result =
-      RunPath(before, params, path, scene.simulation.rate_hz, scene.tool.rpm, stage("cutting"), costs, tape.tape());
+  RunResult result = RunPath(before, params, path, scene.simulation.rate_hz, scene.tool.CalcTickRpm(), stage("cutting"),
+                             costs, tape.tape());
   summary.hash_after = result.bone.CalcHash();
   tape.Finish(summary.hash_after);
   summary.heat = std::move(result.heat);
@@ -303,7 +303,7 @@ Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& p
     return replay.MakeReport(bone.CalcHash());
   }
   const RunResult result = RunPath(bone, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
-                                   scene.tool.rpm, cutting, {}, {.replay = &replay});
+                                   scene.tool.CalcTickRpm(), cutting, {}, {.replay = &replay});
   return replay.MakeReport(result.bone.CalcHash());
 }
 

@@ -89,7 +89,7 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   SlabPathBody body(std::move(profile), params, path.CalcPose(0, 0), scene.slab.hold, ticks);
   PathDriver driver(path, scene.simulation.rate_hz);
   driver.Next();  // the simulation starts with the blade placed
-  PathSession session(driver, body, scene.tool.rpm, ticks, tape);
+  PathSession session(driver, body, scene.tool.CalcTickRpm(), ticks, tape);
   session.Run(progress);
   run.wall_s = session.CalcElapsed_s();
   run.times = session.CalcTimes();

@@ -247,6 +247,7 @@ void ReadTool(TableReader& root, SceneTool& tool, Faults& faults) {
   for (Tool other : GetDefaultTools()) {
     std::visit([&](auto& of_other) { DescribeShape(of_other, refuse); }, other);
   }
+  refuse("reverse");
   reader.Finish();
 }
 

@@ -124,6 +124,11 @@ std::string DescribeRate(const SceneTool& tool) {
   return fmt::format("{} {}", tool.rpm, CalcStroke(tool.shape) > 0 ? "double strokes a minute" : "rpm");
 }
 
+std::string DescribeSense(const SceneTool& tool) {
+  if (GetDrive(tool.shape) != DriveMotion::kRotation) return "";
+  return fmt::format("{}clockwise as seen from the handpiece", tool.CalcTickRpm(1) < 0 ? "" : "counter-");
+}
+
 void UseSaw(Scene& scene, const Saw& saw) {
   const Tool before = scene.tool.shape;
   scene.tool = saw.tool;

@@ -28,6 +28,8 @@ const std::vector<Saw>& BuiltInSaws();
 
 /// Returns the speed of a tool, such as "7500 rpm" or "15000 double strokes a minute".
 std::string DescribeRate(const SceneTool& tool);
+/// Returns the sense in which a tool turns, such as "clockwise as seen from the handpiece"; empty for a stroke.
+std::string DescribeSense(const SceneTool& tool);
 
 /// Replaces the scene's tool with this saw. Keeps the grip, unless the handpiece is held at another side of the tool.
 /// For any tool but a disc, removes [slab].

@@ -9,6 +9,7 @@
 
 #include "bone/models/block.h"
 #include "bone/models/mandible.h"
+#include "cut/tool/sense.h"
 #include "kerf/effects.h"
 #include "kerf/geometry.h"
 #include "kerf/material.h"
@@ -50,9 +51,14 @@ struct SceneMaterial {
 };
 
 struct SceneTool {
-  Tool shape = DiscSaw{};  // all keys but the next two, with the library's names; MakeTool() sets its E
-  double rpm = 7500;       // of the disc; if a scene states none, CalcOrdinaryRate() of its shape
+  Tool shape = DiscSaw{};  // all keys but the next three, with the library's names; MakeTool() sets its E
+  double rpm = 7500;       // speed of the disc; if a scene states none, CalcOrdinaryRate() of its shape
+  bool reverse = false;    // turns against GetSense(); only of a tool that turns
   double E_GPa = 205;
+
+  /// Returns `rpm` of a tick at a speed of 0 or more: negative for a tool that turns about -z.
+  double CalcTickRpm(double speed_rpm) const { return (GetSense(shape) < 0) == reverse ? speed_rpm : 0 - speed_rpm; }
+  double CalcTickRpm() const { return CalcTickRpm(rpm); }
 };
 
 /// A straight stroke of the tool's origin at constant feed rate; the tool rotates only about its spindle.

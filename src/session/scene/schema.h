@@ -78,6 +78,11 @@ void Describe(SceneTool& p, V&& visit) {
               "speed of the spindle, or double strokes a minute of a blade with a stroke; without the key, an ordinary "
               "speed of "
               "the shape; 0: stopped, does not cut");
+        if (GetDrive(tool) == DriveMotion::kRotation) {
+          visit("reverse", p.reverse,
+                GetSense(tool) < 0 ? "false: turns clockwise, as seen from the handpiece; true: counter-clockwise"
+                                   : "false: turns counter-clockwise, as seen from the handpiece; true: clockwise");
+        }
         DescribeSteel("E_GPa", p.E_GPa, 1, tool.nu, tool.p_TG_mm, visit);
       },
       p.shape);

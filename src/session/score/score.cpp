@@ -85,8 +85,9 @@ ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene,
   RunReplay replay(recording, 1e300, false);
   Bone before = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
   CheckReplays(replay.recording(), before);
-  RunResult result = RunPath(before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
-                             scene.tool.rpm, [&](double f) { progress("cutting", f); }, {}, {.replay = &replay});
+  RunResult result =
+      RunPath(before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz, scene.tool.CalcTickRpm(),
+              [&](double f) { progress("cutting", f); }, {}, {.replay = &replay});
   double last_s = 0;
   for (const TickRecord& record : result.ticks) {
     MotionTick tick;

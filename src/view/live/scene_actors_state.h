@@ -37,7 +37,7 @@ struct SceneActors::State {
   double rpm = 0;
   double angle_rad = 0;
   double displacement_mm = 0;  // of a stroke
-  vtkSmartPointer<vtkActor> toothed, turning, blur, passed, passed_rim, ghost, handpiece, guard;
+  vtkSmartPointer<vtkActor> toothed, turning, blur, passed, passed_rim, ghost, handpiece, guard, turn_arrow;
   bool handpiece_shown = true;
   bool handpiece_in_bone = false;
   std::optional<Vec3> contact_W;
@@ -82,7 +82,7 @@ struct SceneActors::State {
   void Remove(vtkRenderer& from, Actors& actors);
   void Add(vtkRenderer& to, Actors& actors, const vtkSmartPointer<vtkActor>& actor);
   std::vector<vtkActor*> ToolActors() const;
-  /// Turns the guard to the side away from the cut; without a cut, upwards.
+  /// Turns the guard to the side away from the cut; without a cut, upwards. Shows the sense in which the tool turns.
   void PlaceHandpiece();
   void ShowTool();
   /// Pose of the blade where its stroke has it.

@@ -22,6 +22,7 @@
 #include "view/live/scene_shapes.h"
 #include "view/picture/colours.h"
 #include "view/picture/handpiece.h"
+#include "view/picture/turn_arrow.h"
 
 namespace kerf {
 namespace {
@@ -32,6 +33,17 @@ constexpr Rgb8 kGuardColour{150, 160, 172};
 constexpr double kSeenStrokes_per_min = 600;  // faster strokes are not seen one by one
 constexpr Rgb8 kPassedColour{230, 120, 30};
 constexpr double kPassedOpacity = 0.3;
+
+/// Bent arrow around the neck of the handpiece of a tool that turns.
+struct TurnArrowPlace {
+  double z_mm;
+  double radius_mm;
+};
+TurnArrowPlace FindTurnArrowPlace(const Tool& tool) {
+  const double radius = CalcRadius(tool);
+  if (const auto solid = CalcRoundSolid(tool)) return {solid->top_z_mm + 2.5, std::max(1.6 * radius, 2.5)};
+  return IsBlade(tool) ? TurnArrowPlace{0.3 * radius, 0.4 * radius} : TurnArrowPlace{1.3 * radius, 1.1 * radius};
+}
 
 /// Returns the corners of the outline of all that a blade passes in a stroke.
 std::vector<Vec3> MakeStrokeCorners(const Tool& tool, const Pose& X_WT) {
@@ -64,7 +76,7 @@ bool SceneActors::State::Whirls() const {
 
 std::vector<vtkActor*> SceneActors::State::ToolActors() const {
   std::vector<vtkActor*> all;
-  for (const auto* actor : {&toothed, &turning, &blur, &passed, &passed_rim, &guard, &handpiece}) {
+  for (const auto* actor : {&toothed, &turning, &blur, &passed, &passed_rim, &guard, &handpiece, &turn_arrow}) {
     if (*actor != nullptr) all.push_back(*actor);
   }
   return all;
@@ -74,6 +86,12 @@ void SceneActors::State::PlaceHandpiece() {
   if (handpiece != nullptr) {
     SetPose(*handpiece, X_WT);
     handpiece->SetVisibility(handpiece_shown);
+  }
+  if (turn_arrow != nullptr) {
+    // Drawn for a positive speed; half a turn about an axis across the spindle reverses it.
+    const Quat R_TA = rpm < 0 ? Quat{0, 1, 0, 0} : Quat{1, 0, 0, 0};
+    SetPose(*turn_arrow, {X_WT.R_AB * R_TA, X_WT.Point({0, 0, FindTurnArrowPlace(*tool).z_mm})});
+    turn_arrow->SetVisibility(handpiece_shown && rpm != 0);
   }
   if (guard == nullptr) return;
   guard->SetVisibility(handpiece_shown);
@@ -118,12 +136,17 @@ void SceneActors::SetTool(const Tool& tool) {
     s.guard = MakeMeshActor(looks.guard, kGuardColour, 1, Finish::kMetal);
     AddSightHole(*s.guard);
   }
-  if (CalcStroke(tool) > 0) {
+  if (GetDrive(tool) == DriveMotion::kRotation) {
+    constexpr double kEnd_rad = 2.6;
+    const double radius = FindTurnArrowPlace(tool).radius_mm;
+    s.turn_arrow =
+        MakeMeshActor(MakeTurnArrowMesh(radius, 0.08 * radius, -kEnd_rad, kEnd_rad), kTurnColour, 1, Finish::kMatt);
+  } else {
     const std::vector<Vec3> corners = MakeStrokeCorners(tool, {});
     s.passed = MakeMeshActor(MakePolygon(corners), kPassedColour, kPassedOpacity, Finish::kFlat);
     s.passed_rim = MakeLineActor({Closed(corners)}, kPassedColour, 2.5 * s.scale);
   }
-  for (const auto& actor : {s.turning, s.blur, s.passed, s.passed_rim, s.guard}) {
+  for (const auto& actor : {s.turning, s.blur, s.passed, s.passed_rim, s.guard, s.turn_arrow}) {
     if (actor != nullptr) s.scene.AddActor(actor);
   }
   s.handpiece = MakeMeshActor(MakeHandpieceMesh(tool), kHandpieceColour, 1, Finish::kMatt);
@@ -140,7 +163,8 @@ void SceneActors::SetTool(const Tool& tool) {
 void SceneActors::ClearTool() {
   State& s = *state_;
   ++s.changes;
-  for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.passed, &s.passed_rim, &s.guard, &s.handpiece}) {
+  for (auto* actor :
+       {&s.toothed, &s.turning, &s.blur, &s.passed, &s.passed_rim, &s.guard, &s.handpiece, &s.turn_arrow}) {
     if (*actor != nullptr) s.scene.RemoveActor(*actor);
     *actor = nullptr;
   }
@@ -222,11 +246,13 @@ void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad, do
   const bool moved = s.X_WT.p_AB != X_WT.p_AB || s.X_WT.R_AB != X_WT.R_AB;
   s.X_WT = X_WT;
   const bool whirled = s.Whirls();
-  s.rpm = rpm;
+  const bool was_stopped = std::exchange(s.rpm, rpm) == 0;
   const double shown_rad =
       s.Whirls() || s.passed != nullptr ? s.angle_rad : angle_rad;  // looks the same at every angle
   const bool slid = std::exchange(s.displacement_mm, displacement_mm) != displacement_mm;
-  if (moved || slid || s.Whirls() != whirled || shown_rad != s.angle_rad) ++s.changes;
+  if (moved || slid || s.Whirls() != whirled || shown_rad != s.angle_rad || was_stopped != (rpm == 0)) {
+    ++s.changes;
+  }
   s.angle_rad = shown_rad;
   s.PlaceHandpiece();
   if (s.toothed == nullptr) return;

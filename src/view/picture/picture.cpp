@@ -28,6 +28,7 @@
 #include "view/picture/layout.h"
 #include "view/picture/offscreen.h"
 #include "view/picture/overlay.h"
+#include "view/picture/turn_arrow.h"
 #include "view/picture/vtk_scene.h"
 
 namespace kerf {
@@ -96,6 +97,22 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
       shape.mesh_W.triangles.push_back({a, b + kSectors, a + kSectors});
     }
   }
+  return shape;
+}
+
+/// Makes the bent arrow of a tool: in front of it, or over the flat of a disc.
+Shape MakeTurnArrowShape(const ToolInPicture& at, const ViewFrame& frame, double shaft_radius_mm) {
+  constexpr double kHalfSpan_rad = 1.2;
+  const double radius = (IsBlade(at.tool) ? 0.6 : 1.6) * CalcRadius(at.tool);
+  const std::optional<RoundSolid> solid = CalcRoundSolid(at.tool);
+  const Vec3 middle_T(0, 0, solid ? std::min(solid->top_z_mm, 4 * solid->top_radius_mm) : 0);
+  const Vec3 seen_T = at.X_WT.InverseVector(frame.toward_eye_W + frame.up_W);
+  const double angle = std::atan2(seen_T.y, seen_T.x);
+  const double half = std::copysign(kHalfSpan_rad, at.rpm);
+  Shape shape;
+  shape.colour = kTurnColour;
+  shape.mesh_W = MakeTurnArrowMesh(radius, std::min(shaft_radius_mm, 0.08 * radius), angle - half, angle + half);
+  for (Vec3& p : shape.mesh_W.points) p = at.X_WT.Point(middle_T + p);
   return shape;
 }
 
@@ -293,11 +310,17 @@ Image RenderPicture(const PictureSpec& spec) {
 
   // Arrows are drawn over everything, so that bone does not hide them.
   const vtkNew<vtkRenderer> over;
-  if (!spec.arrows.empty()) {
+  std::vector<Shape> arrows;
+  const double shaft_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;
+  for (const Arrow& arrow : spec.arrows) arrows.push_back(MakeArrowShape(arrow, shaft_radius_mm));
+  for (const ToolInPicture& at : spec.tools) {
+    if (at.rpm == 0 || GetDrive(at.tool) != DriveMotion::kRotation) continue;
+    arrows.push_back(MakeTurnArrowShape(at, frame, shaft_radius_mm));
+  }
+  if (!arrows.empty()) {
     over->SetLayer(1);
     Box3 box;
-    for (const Arrow& arrow : spec.arrows) {
-      const Shape shape = MakeArrowShape(arrow, 3.0 * layout.unit / frame.pixels_per_mm);
+    for (const Shape& shape : arrows) {
       for (const Vec3& p : shape.mesh_W.points) box.Include(p);
       over->AddActor(MakeActor(shape));
     }

@@ -46,6 +46,7 @@ struct ToolInPicture {
   Tool tool;
   Pose X_WT;
   double opacity = 1;
+  double rpm = 0;  // not 0: a bent arrow shows the sense in which it turns
 };
 
 /// Arrow from tail to tip.

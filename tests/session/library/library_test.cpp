@@ -1,5 +1,6 @@
 // Tests what the public headers offer to other programs: bones, scenes, runs, recordings, checkpoints, devices, and
 // force laws and effects that a program adds.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,6 +29,7 @@
 #include "kerf/tick_warnings.h"
 #include "kerf/version.h"
 #include "support/folder.h"
+#include "support/forge_recording.h"
 #include "support/message_of.h"
 
 namespace kerf {
@@ -310,6 +312,106 @@ TEST(Runs, InAHandAreMovedByAnOwnDeviceRecordedAndReplayed) {
   EXPECT_LT(RunInHand(scene, options).ticks.size(), 500u);
   options.seconds = -1;
   EXPECT_THAT(MessageOf([&] { RunInHand(scene, options); }), HasSubstr("seconds"));
+}
+
+// ---- the sense in which a tool turns
+
+/// A block with its top at z = 0 and a tool above it, which has its handpiece at the top.
+SceneFile MakeScene(const std::string& tool, const Vec3& size_mm, const Vec3& from_mm, const Vec3& to_mm,
+                    double feed_mm_per_s) {
+  return SceneFile::Parse(fmt::format(
+      "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = {}\nsize_y_mm = {}\nsize_z_mm = {}\nvoxel_mm = 0.1\n"
+      "[tool]\n{}\n[[path.stroke]]\nstart_mm = [{}, {}, {}]\nend_mm = [{}, {}, {}]\nfeed_mm_per_s = {}\n"
+      "disc_normal = [0, 0, 1]\n",
+      size_mm.x, size_mm.y, size_mm.z, tool, from_mm.x, from_mm.y, from_mm.z, to_mm.x, to_mm.y, to_mm.z,
+      feed_mm_per_s));
+}
+
+SceneFile WithTangentialForce(const SceneFile& scene, double ratio) {
+  return scene.With("effects.tangential_force", "ratio", std::to_string(ratio));
+}
+
+const char* const kDrill = "shape = \"drill\"\ndiameter_mm = 2\nrpm = 1000";
+const char* const kBur = "shape = \"bur\"\ndiameter_mm = 2\nrpm = 30000";
+
+// The thrust of the lips is spread evenly along them, so that the mean distance of their cutting force from the axis is
+// half the radius. A drill turns clockwise as seen from its handpiece; the bone turns it the other way: about +z.
+TEST(SenseOfRotation, ReactionTorqueOpposesAClockwiseDrill) {
+  const SceneFile drill = MakeScene(kDrill, {6, 6, 4}, {0, 0, 0.5}, {0, 0, -2}, 2);
+  EXPECT_EQ(drill.rpm(), -1000);
+  const double thrust_sum_N = RunAlongPath(drill).ticks.back().out.thrust_sum_N;
+  const double torque_Nmm = thrust_sum_N / 1.6 * 0.5 * 1;
+  ASSERT_GT(torque_Nmm, 1);
+  const SceneFile loaded = WithTangentialForce(drill, 1.6);
+  const double clockwise_Nmm = RunAlongPath(loaded).ticks.back().out.tau_TG_W_Nmm.z;
+  EXPECT_NEAR(clockwise_Nmm, torque_Nmm,
+              0.05 * torque_Nmm);  // the bone begins at the lips within a fraction of a voxel
+  const SceneFile reversed = loaded.With("tool", "reverse", "true");
+  EXPECT_EQ(reversed.rpm(), 1000);
+  EXPECT_NEAR(RunAlongPath(reversed).ticks.back().out.tau_TG_W_Nmm.z, -clockwise_Nmm, 1e-9 * torque_Nmm);
+}
+
+// A bur that is fed along +x, with its handpiece above, cuts with the half towards its wall. On the side of +y, its
+// flutes move along +x, with the feed: a conventional cut, which holds it back. On the other side they move along -x: a
+// climb cut, which pulls it on. The cutting force is the thrust, turned by a quarter and divided by the ratio.
+TEST(SenseOfRotation, BurIsHeldBackByAWallOnItsLeftAndPulledOnByOneOnItsRight) {
+  constexpr double kRatio = 1.6;
+  PathRun left, reversed_right;
+  for (const double side : {1.0, -1.0}) {
+    // The tip is below the block, so that only the side cuts.
+    const SceneFile bur = MakeScene(kBur, {8, 6, 2}, {-6, -3 * side, -4}, {0, -3 * side, -4}, 5);
+    const PathRun alone = RunAlongPath(bur), loaded = RunAlongPath(WithTangentialForce(bur, kRatio));
+    const std::size_t last = alone.ticks.size() - 1;
+    const Vec3 f_N = loaded.ticks[last].out.f_T_W_N - alone.ticks[last].out.f_T_W_N;
+    const Vec3 thrust_N = alone.ticks[last - 1].out.f_T_W_N;  // on a path the force is that of the step before
+    ASSERT_LT(side * thrust_N.y, -0.1);
+    EXPECT_LT(glm::length(f_N - Vec3(thrust_N.y, -thrust_N.x, 0) / kRatio), 1e-6 * glm::length(f_N));
+    EXPECT_LT(side * f_N.x, 0);
+    if (side > 0) left = loaded;
+    if (side < 0) reversed_right = RunAlongPath(WithTangentialForce(bur, kRatio).With("tool", "reverse", "true"));
+  }
+  // The mirror image of a cut in y = 0 turns the other way.
+  double largest_N = 0, off_N = 0;
+  for (std::size_t i = 0; i < left.ticks.size(); ++i) {
+    const Vec3 f_N = left.ticks[i].out.f_T_W_N, image_N = reversed_right.ticks[i].out.f_T_W_N;
+    largest_N = std::max(largest_N, glm::length(f_N));
+    off_N = std::max(off_N, glm::length(f_N - image_N * Vec3(1, -1, 1)));
+  }
+  EXPECT_LT(off_N, 1e-4 * largest_N);  // the level set is stored as floats, which are rounded differently
+}
+
+TEST(SenseOfRotation, IsRecordedAndNotAppliedAgainByAReplay) {
+  const test::Folder folder;
+  for (const char* reverse : {"false", "true"}) {
+    const SceneFile scene = WithTangentialForce(MakeScene(kDrill, {6, 6, 4}, {0, 0, 0.5}, {0, 0, -2}, 2), 1.6)
+                                .With("hand", "push_N", "40")
+                                .With("tool", "reverse", reverse);
+    HandRunOptions options;
+    options.seconds = 2;
+    options.record = folder.file(fmt::format("hand_{}.kerf", reverse));
+    const HandRun run = RunInHand(scene, options);
+    const PathRun path =
+        RunAlongPath(scene, {.record = folder.file(fmt::format("path_{}.kerf", reverse)), .progress = {}});
+    Recording hand(options.record), along(folder.file(fmt::format("path_{}.kerf", reverse)));
+    EXPECT_EQ(along.ReadInputs().back().rpm, scene.rpm());
+    EXPECT_FALSE(along.ReplayPath().difference);
+    const HandRun again = hand.ReplayHand();
+    EXPECT_FALSE(again.difference);
+    EXPECT_GT(run.removed_mm3, 0.001);
+    for (const HandTick& tick : again.ticks) ASSERT_EQ(tick.rpm, scene.rpm());
+  }
+  // A recording made when drills turned about +z states that in its ticks, whatever its scene means today.
+  test::ForgeRecording(folder.file("hand_true.kerf"), folder.file("old.kerf"), [](BlockKind kind, std::string& bytes) {
+    if (kind != BlockKind::kMeta) return;
+    const std::size_t at = bytes.find("reverse = true");
+    ASSERT_NE(at, std::string::npos);
+    bytes.replace(at, 14, "reverse =false");
+  });
+  Recording old(folder.file("old.kerf"));
+  EXPECT_EQ(old.scene().rpm(), -1000);
+  const HandRun again = old.ReplayHand();
+  EXPECT_FALSE(again.difference);
+  EXPECT_EQ(again.ticks.back().rpm, 1000);
 }
 
 TEST(Checkpoints, UndoAndRedoRestoreEachBit) {

@@ -91,6 +91,23 @@ TEST(ParseLoopAction, TakesTheSpeedsOfTheTool) {
   EXPECT_THROW(ParseLoopAction("1:rpm=fast"), Error);
 }
 
+TEST(RunLoop, ActionsSetASpeedThatKeepsTheSenseOfTheTool) {
+  Scene scene = ParseScene(kLoopScene, "s.toml");
+  for (const bool reverse : {false, true}) {
+    scene.tool.reverse = reverse;
+    std::vector<double> speeds;
+    LoopOptions options = Virtual(0.03);
+    for (const char* text : {"0.01:rpm=0", "0.02:rpm=500"}) options.undo.actions.push_back(ParseLoopAction(text));
+    options.watchers.take_tick = [&](const LoopTick& tick, std::span<const double>) {
+      if (speeds.empty() || tick.in.rpm != speeds.back()) speeds.push_back(tick.in.rpm);
+      EXPECT_FALSE(tick.in.rpm == 0 && std::signbit(tick.in.rpm));
+    };
+    RunLoop(scene, options, {});
+    const double sign = reverse ? -1 : 1;
+    EXPECT_EQ(speeds, (std::vector<double>{sign * scene.tool.rpm, 0, sign * 500}));
+  }
+}
+
 TEST(RunLoop, GivesTheSameBitsTwice) {
   const Scene scene = ParseScene(kLoopScene, "s.toml");
   const LoopSummary a = RunVirtual(scene, 1);

@@ -72,6 +72,8 @@ INSTANTIATE_TEST_SUITE_P(
             "to 1000 mm"},
         Mistake{"KeyOfAnotherTool", test::ShortScene() + "[tool]\nshape = \"ball\"\nteeth = 24\n",
                 "s.toml:10:1: teeth is not used: shape is \"ball\"; remove it"},
+        Mistake{"SenseOfAStroke", test::ShortScene() + "[tool]\nshape = \"piezo\"\nreverse = true\n",
+                "s.toml:10:1: reverse is not used: shape is \"piezo\"; remove it"},
         Mistake{"SlabOfABall", test::ShortScene() + "[tool]\nshape = \"ball\"\n[simulation]\nmode = \"slab\"\n",
                 "s.toml:10:2: slab mode requires a disc, but [tool] shape is \"ball\""},
         Mistake{"KeyOfAnotherLaw", test::ShortScene() + "[force]\ncontact_share_of_pitch = 0.02\n",

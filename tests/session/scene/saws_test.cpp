@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <type_traits>
 #include <variant>
@@ -59,6 +60,26 @@ TEST(Saws, RateIsInTheTermsOfTheirDrive) {
   EXPECT_EQ(DescribeRate({.shape = DiscSaw{}, .rpm = 7500}), "7500 rpm");
   EXPECT_EQ(DescribeRate({.shape = OscillatingBlade{}, .rpm = 15000}), "15000 double strokes a minute");
   EXPECT_EQ(DescribeRate({.shape = PiezoInsert{}, .rpm = 1.68e6}), "1680000 double strokes a minute");
+}
+
+TEST(SceneTool, TurnsInTheSenseOfItsKindUnlessReversed) {
+  for (const Tool& tool : GetDefaultTools()) {
+    const bool clockwise = !IsBlade(tool);  // a disc turns counter-clockwise, a stroke has no sense
+    SceneTool scene_tool{.shape = tool, .rpm = 900};
+    EXPECT_EQ(scene_tool.CalcTickRpm(), clockwise ? -900 : 900) << GetShape(tool);
+    EXPECT_FALSE(std::signbit(scene_tool.CalcTickRpm(0)));
+    if (GetDrive(tool) != DriveMotion::kRotation) {
+      EXPECT_EQ(DescribeSense(scene_tool), "");
+      continue;
+    }
+    const std::string words[] = {"clockwise as seen from the handpiece",
+                                 "counter-clockwise as seen from the handpiece"};
+    EXPECT_EQ(DescribeSense(scene_tool), words[clockwise ? 0 : 1]);
+    scene_tool.reverse = true;
+    EXPECT_EQ(DescribeSense(scene_tool), words[clockwise ? 1 : 0]);
+    EXPECT_EQ(scene_tool.CalcTickRpm(), clockwise ? 900 : -900);
+    EXPECT_FALSE(std::signbit(scene_tool.CalcTickRpm(0)));
+  }
 }
 
 TEST(Saws, UserDefinedTableIsRead) {

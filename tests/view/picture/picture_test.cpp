@@ -18,6 +18,7 @@
 #include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "support/folder.h"
+#include "view/picture/turn_arrow.h"
 
 namespace kerf {
 namespace {
@@ -399,6 +400,42 @@ TEST(SawMesh, IsClosedAndHasItsDiameterThicknessAndTeeth) {
   }
   EXPECT_NEAR(largest, 15, 1e-9);
   EXPECT_EQ(tips.size(), 36u);
+}
+
+// A point of a clockwise tool that is nearest to the eye moves to the left, if the handpiece is above; so the wide head
+// of its arrow is on the left. Reversed, the arrow is the mirror image.
+TEST_F(Picture, BentArrowShowsTheSenseOfATool) {
+  PictureSpec spec = MakeBareSpec({}, kBoneColour);
+  spec.camera = MakeCamera({0, -1, 0.5}, {0, 0, 1}, Vec3{0}, 20);
+  for (const Tool& tool : {Tool{BallBurr{}}, Tool{TwistDrill{.diameter_mm = 4}}, Tool{DiscSaw{}}}) {
+    const auto find = [&](double rpm) {
+      spec.tools = {{tool, {}, 1, rpm}};
+      return FindPatch(RenderPicture(spec),
+                       [](const Rgb8& p) { return p[0] > 60 && p[0] > 2 * p[2] && p[0] > 1.5 * p[1]; });
+    };
+    EXPECT_EQ(find(0).count, 0);
+    const Patch clockwise = find(-1000), reversed = find(1000);
+    ASSERT_GT(clockwise.count, 300);
+    EXPECT_NEAR(reversed.count, clockwise.count, 0.05 * clockwise.count);  // it is not lit from the middle
+    EXPECT_NEAR(0.5 * (clockwise.left + clockwise.right), 320, 8);
+    EXPECT_LT(clockwise.column, 319);
+    EXPECT_GT(reversed.column, 321);
+  }
+  spec.tools = {{PiezoInsert{}, {}, 1, 1000}};
+  EXPECT_EQ(FindPatch(RenderPicture(spec), [](const Rgb8& p) { return p[0] > 2 * p[2]; }).count, 0);
+}
+
+TEST(TurnArrow, IsClosedAndPointsOutwardsInEitherSense) {
+  for (const double to_rad : {1.5, -1.5}) {
+    const TriangleMesh mesh = MakeTurnArrowMesh(10, 0.5, 0, to_rad);
+    // Pappus: the area of the section times the way of its centroid; of a cone, a third. The head spans 4 mm.
+    const double volume_mm3 = std::numbers::pi * (0.25 * (10 * 1.5 - 4) + 2.25 * 4 / 3);
+    EXPECT_NEAR(CalcEnclosedVolume(mesh), volume_mm3, 0.03 * volume_mm3);  // a section has 24 corners
+    double furthest_rad = 0;
+    for (const Vec3& p : mesh.points)
+      furthest_rad = std::max(furthest_rad, std::copysign(1, to_rad) * std::atan2(p.y, p.x));
+    EXPECT_NEAR(furthest_rad, 1.5, 1e-9);
+  }
 }
 
 TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
