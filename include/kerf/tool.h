@@ -77,13 +77,15 @@ struct FissureBur {
 };
 
 /// Twist drill: a cylinder with two straight cutting edges (lips) on its conical tip. Tool frame T: as for a fissure
-/// bur. A lip is modelled as a row of teeth, as a flute of a ball burr. Not modelled: the chisel edge between the lips,
-/// which adds thrust, the spiral grooves, which carry the chips away, and friction of the side.
+/// bur. A lip is modelled as a row of teeth, as a flute of a ball burr; the teeth of the chisel edge between the lips
+/// count several times (docs/tick.md). Not modelled: the spiral grooves, which carry the chips away, and friction of
+/// the side.
 struct TwistDrill {
   double diameter_mm = 1.5;
   double length_mm = 20;
   double point_angle_deg = 118;
   double tooth_width_mm = 0.5;
+  double chisel_share = 0.45;
   double rake_deg = -10;      // as for a disc
   double edge_radius_um = 8;  // as for a disc
   double E_MPa = 205000;      // steel
@@ -200,6 +202,9 @@ void DescribeShape(TwistDrill& p, V&& visit) {
   visit("point_angle_deg", p.point_angle_deg, Range{60, 180}, "full angle of the tip");
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
         "length of a lip that counts as one tooth in the force law; an assumption");
+  visit("chisel_share", p.chisel_share, Range{0, 0.8},
+        "fraction of the thrust in whole bone that comes from the chisel edge between the lips (Saha et al. 1982); 0: "
+        "split point, or none");
 }
 template <typename V>
 void DescribeShape(ReciprocatingBlade& p, V&& visit) {

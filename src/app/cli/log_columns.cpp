@@ -27,7 +27,8 @@ const Columns<LogStateRow>& LogStateColumns() {
        {{"removed_total_mm3", "{:.3f}", "total cut so far, by occupancy; undo does not reduce it",
          [](const Row& r) { return r.state.removed_mm3; }},
         {"engaged_teeth", "{:.3f}", "engaged arc / tooth pitch", [](const Row& r) { return r.state.engaged_teeth; }},
-        {"rpm", "{:g}", "spindle speed", [](const Row& r) { return r.step.rpm; }},
+        {"rpm", "{:g}", "spindle speed; its sign is the sense about z of the tool",
+         [](const Row& r) { return r.step.rpm; }},
         {"buttons", "{}", "pressed buttons", [](const Row& r) { return r.step.buttons; }}}});
   return kColumns;
 }
@@ -43,7 +44,8 @@ const Columns<LogTickRow>& LogTickColumns() {
        PartsOf<Row>("q{}", "wxyz", "{:.10f}", kHandlePose, [](const Row& r) { return PartsOfQuat(r.step.X.R_AB); }),
        {{"dt_s", "{:.9g}", "time step of the simulation, at most 10 ms", [](const Row& r) { return r.step.dt_s; }},
         {"skipped", "{}", "deadlines missed before the tick", [](const Row& r) { return r.step.skipped; }},
-        {"rpm", "{:g}", "spindle speed", [](const Row& r) { return r.step.rpm; }},
+        {"rpm", "{:g}", "spindle speed; its sign is the sense about z of the tool",
+         [](const Row& r) { return r.step.rpm; }},
         {"buttons", "{}", "pressed buttons", [](const Row& r) { return r.step.buttons; }},
         {"read", "{}", kDevice, HasFlag(kRecordedReadFailed, true)},
         {"wrote", "{}", kDevice, HasFlag(kRecordedWriteFailed, true)},

@@ -41,7 +41,7 @@ thickness_mm = 0.25
 teeth = 24
 rpm = 7500
 [force]
-law = "hertz_chip"
+law = "two_component"
 [effects.kerf_friction]
 coefficient = 0.2
 [device]

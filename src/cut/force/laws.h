@@ -5,10 +5,10 @@
 
 // One line per law: the function in the law's file that describes it. The first law is the default.
 #define KERF_FORCE_LAWS(LAW) \
+  LAW(TwoComponent)          \
   LAW(HertzChip)             \
   LAW(HertzConstantBite)     \
   LAW(EdgePlusChip)          \
-  LAW(TwoComponent)          \
   LAW(Tabulated)
 
 namespace kerf {

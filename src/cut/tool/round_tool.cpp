@@ -26,13 +26,14 @@ void AddCone(const RoundEdges& edges, double r_a, double z_a, double r_b, double
   const double teeth = edges.flutes * slant_mm / edges.tooth_width_mm / (meridians * parallels);
   for (int j = 0; j < parallels; ++j) {
     const double t = (j + 0.5) / parallels;
+    const double chisel = r_a == 0 ? std::clamp(edges.chisel_radius_mm / r_b * parallels - j, 0.0, 1.0) : 0;  // part
     const double r = r_a + t * (r_b - r_a);
     const double z = z_a + t * (z_b - z_a);
     for (int i = 0; i < meridians; ++i) {
       const double turn = 2 * std::numbers::pi * (i + 0.5 * (j % 2)) / meridians;
       const double c = std::cos(turn);
       const double s = std::sin(turn);
-      shape.edge.push_back({{r * c, r * s, z}, {e_r * c, e_r * s, e_z}, teeth});
+      shape.edge.push_back({{r * c, r * s, z}, {e_r * c, e_r * s, e_z}, teeth * (1 + chisel * edges.chisel_excess)});
     }
   }
 }

@@ -16,6 +16,8 @@ void CheckHeadLength(const RoundSolid& solid, double point_angle_deg);
 struct RoundEdges {
   int flutes = 0;
   double tooth_width_mm = 0;
+  double chisel_radius_mm = 0;  // teeth nearer to the axis count 1 + chisel_excess times; only of the end
+  double chisel_excess = 0;
 };
 /// Returns points around the axis: of the side, if it cuts, then of the end. `passes_per_turn` is the number of flutes.
 ToolShape MakeRoundShape(const RoundSolid& solid, const RoundEdges& edges, const ShapeSampling& sampling);

@@ -57,7 +57,10 @@ Vec3 ToolKind<TwistDrill>::FindDeepest(const TwistDrill& drill, const Vec3& n_T)
 }
 
 ToolShape ToolKind<TwistDrill>::MakeShape(const TwistDrill& drill, const ShapeSampling& sampling) {
-  return MakeRoundShape(MakeDrillSolid(drill), {kLips, drill.tooth_width_mm}, sampling);
+  return MakeRoundShape(
+      MakeDrillSolid(drill),
+      {kLips, drill.tooth_width_mm, kChiselRadius * drill.radius_mm(), CalcChiselThrust(drill) / kChiselRadius},
+      sampling);
 }
 
 std::vector<CoverPlate> ToolKind<TwistDrill>::MakeCover(const TwistDrill& drill) {

@@ -10,6 +10,10 @@ RoundSolid MakeDrillSolid(const TwistDrill& drill);
 template <>
 struct ToolKind<TwistDrill> {
   static constexpr int kLips = 2;
+  static constexpr double kChiselRadius =
+      0.2;  // half the length of the chisel edge, as a fraction of the radius; assumed
+  /// Returns what the chisel edge adds to the thrust of the lips in whole bone, as a multiple of it.
+  static double CalcChiselThrust(const TwistDrill& drill) { return drill.chisel_share / (1 - drill.chisel_share); }
   static constexpr std::string_view kShape = "drill";
   static constexpr std::string_view kSummary = "a twist drill, which cuts with the two lips of its tip";
   static constexpr std::string_view kClass = "Drill";

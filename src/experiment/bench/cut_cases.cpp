@@ -135,7 +135,7 @@ CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole) {
   cut.title = fmt::format("ball r = 3 mm, 2 mm deep, {} mm/s, {} mm voxels{}", feed_mm_per_s, voxel_mm,
                           whole ? ", 256^3" : fmt::format(" (r = {:.0f} voxels)", 3 / voxel_mm));
   cut.tool = BallBurr{.diameter_mm = 6};
-  cut.rpm = 30000;
+  cut.rpm = -30000;
   cut.feed_mm_per_s = feed_mm_per_s;
   BlockParams block;
   block.size_mm = whole ? Vec3(250 * voxel_mm) : Vec3(50, 10, 7);
@@ -162,7 +162,7 @@ CutCase MakeBurCut(double voxel_mm) {
   cut.name = fmt::format("bur-{}", voxel_mm);
   cut.title = fmt::format("bur 2.1 x 8 mm, point 120 degrees, 4 mm deep, 5 mm/s, {} mm voxels", voxel_mm);
   cut.tool = FissureBur{.diameter_mm = 2.1, .length_mm = 8, .point_angle_deg = 120};
-  cut.rpm = 30000;
+  cut.rpm = -30000;
   cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
   UseBlock({36, 8, 8}, voxel_mm, cut);
   cut.X_BT_start = HoldUpright({-20, 0, -4});
@@ -181,7 +181,7 @@ CutCase MakeDrillCut(double voxel_mm) {
   cut.title = fmt::format("drill 2 mm, point 118 degrees, along its axis, 2 mm/s, {} mm voxels", voxel_mm);
   const TwistDrill drill{.diameter_mm = 2};
   cut.tool = drill;
-  cut.rpm = 1000;
+  cut.rpm = -1000;
   cut.feed_mm_per_s = 2;
   cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
   UseBlock({8, 8, 16}, voxel_mm, cut);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "kerf/force.h"
+
 namespace kerf {
 
 /// The defaults are kerf's own defaults.
@@ -13,7 +15,7 @@ struct StudySettings {
   int substeps = 1;  // minimum per tick
   double rate_hz = 1000;
   int carve_interval_ticks = 1;  // ticks between two removals of bone
-  std::string law = "hertz_chip";
+  std::string law = ForceLaw().name();
   std::string material = "regions";
   int precision_bits = 24;       // bits of the significand of the distances in the voxels: 24 as in float, 11 as in
                                  // half

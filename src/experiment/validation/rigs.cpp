@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cut/tool/twist_drill.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -38,7 +39,7 @@ Simulated SimulateTooth(const ForceLaw& law, const MeasuredTool& tool, std::stri
   return {CalcToothQuantity(quantity, on_tooth(MakeState(bite_mm, c)), tool.width_mm, bite_mm), {}};
 }
 
-/// Two lips, each a tooth; the chisel edge and the margins are left out.
+/// Two lips, each a tooth, and the chisel edge of an ordinary drill; the margins are left out.
 Simulated SimulateDrill(const ForceLaw& law, const MeasuredTool& tool, std::string_view quantity,
                         const MeasuredConditions& c) {
   if (std::string why = FindMissing(c, {"rpm", "feed_mm_per_min"}); !why.empty()) return {kNotGiven, why};
@@ -51,8 +52,11 @@ Simulated SimulateDrill(const ForceLaw& law, const MeasuredTool& tool, std::stri
   lips.teeth = 2;
   lips.thickness_mm = width_mm;
   const ToothForces lip = LawOnTooth(law, lips)(MakeState(bite_mm, c));
-  const double thrust_N = 2 * lip.thrust_N * sine;
-  const double torque_Nmm = 2 * lip.cutting_N * 0.25 * tool.diameter_mm;
+  const double chisel = ToolKind<TwistDrill>::CalcChiselThrust({});
+  const double thrust_N = 2 * lip.thrust_N * sine * (1 + chisel);
+  // The chisel edge has a smaller lever.
+  const double torque_Nmm =
+      2 * lip.cutting_N * 0.25 * tool.diameter_mm * (1 + chisel * ToolKind<TwistDrill>::kChiselRadius);
   if (quantity == "thrust_N") return {thrust_N, {}};
   if (quantity == "torque_Nmm") return {torque_Nmm, {}};
   const double area_mm2 = 0.25 * std::numbers::pi * tool.diameter_mm * tool.diameter_mm;

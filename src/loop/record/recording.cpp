@@ -129,6 +129,11 @@ RecordingHeader ParseHeader(const std::string& text) {
   header.scene_name = Printable(json.Text("scene_name"));
   header.scene_file = Printable(json.Text("scene_file"));
   header.scene_toml = json.Text("scene");
+  // The drills of earlier versions have no chisel edge.
+  if (const std::size_t at = header.scene_toml.find("\nshape = \"drill\"");
+      at != std::string::npos && header.scene_toml.find("\nchisel_share = ") == std::string::npos) {
+    header.scene_toml.insert(at, "\nchisel_share = 0");
+  }
   header.bone_hash = json.Hash("bone_hash");
   header.material_hash = json.Hash("material_hash");
   header.voxel_mm = json.Number("voxel_mm", 1e-6, 1e6);

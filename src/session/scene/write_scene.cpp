@@ -354,7 +354,8 @@ std::string DefaultSceneToml() {
       laws.Comment("file = \"table.csv\": a table of forces instead of the built-in one; or its rows as [[force.row]]");
   }
   TomlWriter effects;
-  for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name), ForceLaw());
+  const ForceLaw without_cutting("hertz_chip");  // with it, all keys of the effects have a use
+  for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name), without_cutting);
   TomlWriter plan;
   WritePlan(plan, {.planes = {{.name = "plane 1", .plane = {{25.2, 32.3, -9}, {0.438, 0.899, 0}}, .margin_mm = 1}},
                    .stops = {{.name = "stop 1", .p_W_mm = {25.2, 32.3, 5}, .direction_W = {0, 0, -1}, .depth_mm = 8}}});

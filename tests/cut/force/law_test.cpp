@@ -257,7 +257,7 @@ TEST(EveryLaw, IsFullyDescribed) {
     }
   }
   for (const auto& [name, count] : names) EXPECT_EQ(count, 1) << name;
-  EXPECT_STREQ(ForceLaw().name(), "hertz_chip");
+  EXPECT_STREQ(ForceLaw().name(), "two_component");
 }
 
 }  // namespace

@@ -17,13 +17,13 @@ constexpr double kRoundFeed = 10;  // mm/s
 struct RoundCut {
   double removed_mm3 = 0;  // lost by the bone
   Vec3 force_B_N{0};       // mean over the middle part
+  Bone bone;               // that is left
 };
 
 /// Moves a tool with its axis along the block's z from one place to another; the top of the block is z = 0. The force
 /// is the mean from `from` to `to`, as fractions of the way.
-RoundCut MoveRound(const Tool& tool, const Pose& X_WB, double voxel_mm, const Vec3& start_B, const Vec3& end_B,
-                   double from, double to) {
-  Bone bone = test::MakeBox({X_WB.R_AB, X_WB.Point({0, 0, -4})}, {14, 6, 8}, voxel_mm);
+RoundCut MoveRound(const Tool& tool, const Pose& X_WB, Bone bone, const Vec3& start_B, const Vec3& end_B, double from,
+                   double to) {
   const double before = bone.CalcVolume();
   SimulationParams params;
   params.tool = tool;
@@ -40,8 +40,14 @@ RoundCut MoveRound(const Tool& tool, const Pose& X_WB, double voxel_mm, const Ve
     ++count;
   }
   cut.force_B_N /= count;
-  cut.removed_mm3 = before - simulation.UpdateBone().CalcVolume();
+  cut.bone = simulation.UpdateBone();
+  cut.removed_mm3 = before - cut.bone.CalcVolume();
   return cut;
+}
+RoundCut MoveRound(const Tool& tool, const Pose& X_WB, double voxel_mm, const Vec3& start_B, const Vec3& end_B,
+                   double from, double to) {
+  return MoveRound(tool, X_WB, test::MakeBox({X_WB.R_AB, X_WB.Point({0, 0, -4})}, {14, 6, 8}, voxel_mm), start_B, end_B,
+                   from, to);
 }
 
 /// Returns the force of one tooth at a bite.
@@ -76,16 +82,18 @@ TEST(RoundClosedForm, ForceOnABurInAGrooveIsTheIntegralOverItsLeadingHalf) {
 
 TEST(RoundClosedForm, ThrustOfADrillIsThatOfItsLipsAndTheHoleIsItsOwn) {
   // Each lip is slant / w teeth with the bite (v / f) sin(half the point angle), along the lip's normal; the sum along
-  // the feed takes the sine again.
+  // the feed takes the sine again. The chisel edge bears its share of the whole thrust.
   for (const double point_deg : {90.0, 118.0, 180.0}) {
     TwistDrill drill;
     drill.diameter_mm = 2;
     drill.length_mm = 12;
     drill.point_angle_deg = point_deg;
+    drill.chisel_share = point_deg / 400;
     const double sine = std::sin(0.5 * point_deg * std::numbers::pi / 180);
     const double lip_mm = 1 / sine;
-    const double exact =
-        2 * lip_mm / drill.tooth_width_mm * ToothForceOf(drill, kRoundFeed * sine / (2 * kRoundRpm / 60)) * sine;
+    const double exact = 2 * lip_mm / drill.tooth_width_mm *
+                         ToothForceOf(drill, kRoundFeed * sine / (2 * kRoundRpm / 60)) * sine /
+                         (1 - drill.chisel_share);
     const double tip_mm = point_deg < 180 ? 1 / std::tan(0.5 * point_deg * std::numbers::pi / 180) : 0;
     for (const std::size_t n : {0u, 5u, 7u}) {
       const RoundCut cut = MoveRound(drill, test::BlockPoses(0.1)[n], 0.1, {0.03, 0.02, 0.5}, {0.03, 0.02, -5}, 0.5, 1);
@@ -95,6 +103,20 @@ TEST(RoundClosedForm, ThrustOfADrillIsThatOfItsLipsAndTheHoleIsItsOwn) {
       const double hole_mm3 = std::numbers::pi * (5 - tip_mm + tip_mm / 3);
       EXPECT_NEAR(cut.removed_mm3 / hole_mm3, 1, 0.01) << point_deg << " " << n;
     }
+  }
+}
+
+TEST(RoundClosedForm, APilotHoleTakesTheChiselEdgesThrustAway) {
+  // The lips cut from the radius of the pilot hole, half of their own, outwards; the chisel edge is over the hole.
+  for (const double share : {0.0, 0.45, 0.8}) {
+    TwistDrill drill{.diameter_mm = 2, .length_mm = 12, .point_angle_deg = 180, .chisel_share = share};
+    const double exact = 1 / drill.tooth_width_mm * ToothForceOf(drill, kRoundFeed / (2 * kRoundRpm / 60));
+    const Pose X_WB = test::BlockPoses(0.05)[5];
+    const TwistDrill pilot{.diameter_mm = 1, .length_mm = 12};
+    RoundCut hole = MoveRound(pilot, X_WB, 0.05, {0, 0, 0.5}, {0, 0, -6}, 0.5, 1);
+    const RoundCut cut = MoveRound(drill, X_WB, std::move(hole.bone), {0, 0, 0.5}, {0, 0, -5}, 0.5, 1);
+    // The hole ends between two rings of points, as far from each.
+    EXPECT_NEAR(cut.force_B_N.z / exact, 1, 0.005) << share;
   }
 }
 

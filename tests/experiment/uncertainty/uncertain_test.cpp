@@ -26,9 +26,10 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Region 24, of which the block consists by default, is measured and has no interval.
+// The block consists of region 24.
 const std::string kPlunge = test::MakeBlockScene({6.2, 5.2, 20});
-const std::string kEdgeOnly = kPlunge + "[force]\nlaw = \"edge_plus_chip\"\nchip_N_per_mm2 = 0\n";
+const std::string kEdgeOnly =
+    kPlunge + "[material]\nkind = \"uniform\"\n[force]\nlaw = \"edge_plus_chip\"\nchip_N_per_mm2 = 0\n";
 
 Scene Parse(const std::string& text) {
   return ParseScene(text, "scene.toml");
@@ -169,6 +170,19 @@ TEST(Uncertain, ForceThatIsLinearInOneDrawnParameterHasThePercentilesOfTheUnifor
   EXPECT_NEAR(*result.rank_correlations[0], 1, 1e-9);
 }
 
+TEST(Uncertain, ForcesOfHertzFollowTheReducedModulus) {
+  const Scene scene = Parse(kPlunge + "[force]\nlaw = \"hertz_chip\"\n");
+  const UncertainRun run = RunWith(scene, {.samples = 20, .seed = 3, .jobs = 0});
+  EXPECT_THAT(NamesOfDrawn(run.head.drawing), ElementsAre("E_GPa of region 24"));
+  const auto modulus = [](double E_MPa) { return CalcReducedModulus(205e3, 0.28, E_MPa, 0.28); };
+  const UncertainSample& nominal = run.head.nominal;
+  ASSERT_GT(nominal.mean_N, 0.1);
+  for (const UncertainSample& s : run.samples) {
+    const double ratio = modulus(10e3 + s.fractions[0] * 20e3) / modulus(19.3e3);
+    ASSERT_NEAR(s.mean_N, nominal.mean_N * ratio, 1e-9 * nominal.mean_N);  // rounding of sums over 50 ticks
+  }
+}
+
 TEST(Uncertain, NominalRunEqualsKerfRun) {
   const test::Folder folder;
   const Scene scene = Parse(kPlunge + "[force]\nlaw = \"two_component\"\n[effects.tangential_force]\n");
@@ -211,11 +225,11 @@ TEST(Uncertain, ParameterThatTheSceneSetsIsNotDrawn) {
     const Bone bone = MakeSceneBone(scene, nullptr, &material);
     return FindDrawing(scene, bone, material.ct_regions);
   };
-  EXPECT_THAT(NamesOfDrawn(drawing("")), ElementsAre("edge_N_per_mm", "chip_N_per_mm2"));
+  EXPECT_THAT(NamesOfDrawn(drawing("")), ElementsAre("edge_N_per_mm", "chip_N_per_mm2", "E_GPa of region 24"));
   EXPECT_TRUE(drawing("").fixed.empty());
   // Also if the value lies within the interval.
   const Drawing set = drawing("edge_N_per_mm = 9.5\n");
-  EXPECT_THAT(NamesOfDrawn(set), ElementsAre("chip_N_per_mm2"));
+  EXPECT_THAT(NamesOfDrawn(set), ElementsAre("chip_N_per_mm2", "E_GPa of region 24"));
   ASSERT_EQ(set.fixed.size(), 1u);
   EXPECT_EQ(set.fixed[0].name, "edge_N_per_mm");
   EXPECT_EQ(set.fixed[0].why, "the scene sets 9.5; the default is 9.28");
@@ -281,8 +295,6 @@ TEST(Uncertain, UniformMaterialIsNotDrawn) {
 }
 
 TEST(Uncertain, SaysWhatItCannotDo) {
-  EXPECT_EQ(test::MessageOf([] { RunWith(Parse(kPlunge + "[force]\nlaw = \"hertz_chip\"\n"), {}); }),
-            "scene: nothing to draw: no parameter of the law hertz_chip and no region of this bone has an interval");
   const Scene slab = Parse(kPlunge + "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0, 0, -1]\n");
   EXPECT_THAT(test::MessageOf([&] { RunWith(slab, {}); }), HasSubstr("--uncertain works in voxel mode only"));
 }

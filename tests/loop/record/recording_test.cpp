@@ -44,8 +44,9 @@ class Recordings : public ::testing::Test {
     step.force_check = static_cast<std::uint16_t>(i);
     return step;
   }
-  static void Write(const std::string& path, int steps, bool finish = true) {
-    RecordingWriter writer(path, MakeHeader(), {{"/a/path.csv", "1,2,3"}});
+  static void Write(const std::string& path, int steps, bool finish = true,
+                    const RecordingHeader& header = MakeHeader()) {
+    RecordingWriter writer(path, header, {{"/a/path.csv", "1,2,3"}});
     for (int i = 0; i < steps; ++i) writer.Add(Step(i), 1e-3 * (i + 1));
     if (finish) writer.Finish({static_cast<std::uint64_t>(steps), 1e-3 * steps, 1, 2, 3, "asked"});
   }
@@ -102,6 +103,19 @@ TEST_F(Recordings, OfAnEarlierComputationAreReplayedIfTheirToolHasNoStroke) {
     EXPECT_TRUE(replays(kComputation, shape)) << shape;
     EXPECT_FALSE(replays(2, shape)) << shape;
   }
+}
+
+TEST_F(Recordings, OfADrillWithoutAChiselEdgeAreReadWithoutOne) {
+  RecordingHeader header = MakeHeader();
+  const auto read = [&](const std::string& name, const std::string& scene_toml) {
+    header.scene_toml = scene_toml;
+    Write(Path(name), 1, true, header);
+    return RecordingReader(Path(name)).header().scene_toml;
+  };
+  const std::string drill = "\nshape = \"drill\"  # kind\n";
+  EXPECT_EQ(read("a.kerf", "[tool]" + drill), "[tool]\nchisel_share = 0" + drill);
+  EXPECT_EQ(read("b.kerf", "[tool]" + drill + "chisel_share = 0.45\n"), "[tool]" + drill + "chisel_share = 0.45\n");
+  EXPECT_EQ(read("c.kerf", "[tool]\nshape = \"bur\"\n"), "[tool]\nshape = \"bur\"\n");
 }
 
 TEST_F(Recordings, RoundTripIsExact) {
