@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "experiment/validation/validation.h"
 #include "experiment/validation/validation_files.h"
 #include "kerf/error.h"
+#include "session/scene/scene.h"
 #include "view/picture/picture.h"
 
 namespace kerf::cli {
@@ -19,6 +21,7 @@ namespace {
 
 struct ValidateArguments {
   std::string folder = "out/validate";
+  std::string scene;
   std::vector<std::string> laws;
   std::string sets;
   bool json = false;
@@ -30,7 +33,7 @@ void PrintValidation(const Validation& v, const std::vector<std::string>& files,
   const auto of = [](int part, int whole) { return whole > 0 ? fmt::format("{} of {}", part, whole) : "-"; };
   TextTable table({"law", "values that agree", "trends that are right", "calibration: values", "calibration: trends"});
   for (const LawCounts& c : v.counts) {
-    table.Add({v.laws[c.law].name(), of(c.values_agree, c.values), of(c.trends_right, c.trends),
+    table.Add({v.names[c.law], of(c.values_agree, c.values), of(c.trends_right, c.trends),
                of(c.calibration_values_agree, c.calibration_values),
                of(c.calibration_trends_right, c.calibration_trends)});
   }
@@ -55,12 +58,18 @@ void Run(const ValidateArguments& options) {
   } catch (const Error& e) {
     throw CLI::ValidationError("--laws", e.what());
   }
+  std::optional<SceneLaw> scene_law;
+  if (!options.scene.empty()) {
+    const Scene scene = ReadScene(options.scene);
+    scene_law = SceneLaw{scene.name, scene.force};
+  }
   const std::vector<MeasuredSet> sets = options.sets.empty() ? BuiltInSets() : ReadSets(options.sets);
   const FolderLock lock(options.folder);  // taken before the long computation
   Validation validation;
   {
     ProgressBar bar("comparing");
-    validation = CompareWithMeasurements(laws, sets, [&](double fraction) { bar.Show(fraction); });
+    validation = CompareWithMeasurements(
+        laws, sets, [&](double fraction) { bar.Show(fraction); }, scene_law);
   }
   const std::vector<std::string> files = WriteValidation(validation, options.folder);
   if (options.json) {
@@ -76,6 +85,10 @@ void AddValidateCommand(CLI::App& app) {
   const auto options = std::make_shared<ValidateArguments>();
   CLI::App* command = app.add_subcommand(
       "validate", "Compare the force laws with published measurements, set by set; a report, not a verdict");
+  command
+      ->add_option("scene", options->scene,
+                   "Scene whose force law is compared too, with the values and the table of its [force]")
+      ->check(CheckNotEmptyName);
   command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; created if missing")
       ->capture_default_str();
   command

@@ -12,6 +12,7 @@
 #include "app/cli/progress.h"
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
+#include "experiment/uncertainty/fit_file.h"
 #include "experiment/uncertainty/shard_file.h"
 #include "experiment/uncertainty/uncertain_files.h"
 #include "kerf/error.h"
@@ -21,9 +22,12 @@
 namespace kerf::cli {
 namespace {
 
+constexpr std::size_t kMaxFitBytes = std::size_t{1} << 24;
+
 struct UncertainArguments {
   UncertainParams params;
   std::string shard;
+  std::string fit;
   bool merge = false;
 };
 
@@ -70,9 +74,12 @@ void WriteShard(const Scene& scene, const UncertainArguments& options, Shard sha
   }
 }
 
-void RunUncertainCommand(const UncertainArguments& options, const UncertainRequest& request) {
+void RunUncertainCommand(UncertainArguments options, const UncertainRequest& request) {
   const std::optional<Shard> shard = ParseShard(options.shard);
   Scene scene = ReadScene(request.scene);
+  if (!options.fit.empty()) {
+    options.params.fit = ParseFit(ReadTextFile(options.fit, kMaxFitBytes), options.fit, scene.force);
+  }
   if (request.no_pictures) scene.output.pictures = false;
   for (const std::string& warning : FindWarnings(scene, 0)) SayWarning("{}", warning);
   if (shard) return WriteShard(scene, options, *shard, request);
@@ -110,9 +117,15 @@ std::function<bool(const UncertainRequest&)> AddUncertainOptions(CLI::App& comma
                       "With --uncertain: part of the runs to compute, I/N: part I of N, zero-based; results in "
                       "OUTPUT/shard-I-of-N")
           ->needs(uncertain);
+  CLI::Option* fit = command
+                         .add_option("--fit", options->fit,
+                                     "With --uncertain: calibrate.json of the fit that gave the values of [force]; its "
+                                     "95 % intervals replace those that the law states")
+                         ->needs(uncertain);
   command.add_flag("--merge", options->merge, "With --uncertain: merge the shards in OUTPUT, and report missing ones")
       ->needs(uncertain)
-      ->excludes(shard);
+      ->excludes(shard)
+      ->excludes(fit);
   return [options, uncertain](const UncertainRequest& request) {
     if (uncertain->count() == 0) return false;
     RunUncertainCommand(*options, request);

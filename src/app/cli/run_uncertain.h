@@ -16,8 +16,8 @@ struct UncertainRequest {
   bool no_pictures = false;
 };
 
-/// Adds the options --uncertain, --seed, --jobs, --shard and --merge, or only --uncertain if this build lacks them,
-/// which then fails. Returns a function that makes the uncertain run and returns true, or returns false without
+/// Adds the options --uncertain, --seed, --jobs, --shard, --fit and --merge, or only --uncertain if this build lacks
+/// them, which then fails. Returns a function that makes the uncertain run and returns true, or returns false without
 /// --uncertain. `others`: options of kerf run that exclude it.
 std::function<bool(const UncertainRequest&)> AddUncertainOptions(CLI::App& command,
                                                                  const std::vector<CLI::Option*>& others);

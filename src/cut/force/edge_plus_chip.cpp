@@ -10,11 +10,13 @@
 //      for the same bites of 2.5 to 10 um. It is likely, but not proven, that these two tests used the same blade. The
 //      result is Ke = 9.28 N/mm, Kc = 530 N/mm^2.
 //   4. The tests cover one bone only. The force on softer bone is ASSUMED to be proportional to E*. E*_ref is the value
-//      for steel (205 GPa, 0.28) on region 24 (19.3 GPa, 0.28), which represents the bovine bone: 19140 MPa.
+//      for steel (205 GPa, 0.28) on region 24 (19.3 GPa, 0.28), which represents the bovine bone: 19140 MPa. With
+//      density_exponent the force is proportional to a power of the density instead (density.h).
 // Check: with a cutting force of thrust / 1.6 the specific cutting energy is 2.65 J/mm3 at 2.5 um and 0.91 J/mm3 at 10
 // um. Both are within the ranges of 2.4 to 2.9 and 0.83 to 1.0 J/mm3 that follow from the resultants of the first test
 // (8 and 11 N) with the ratios of the second. The line gives 41 % more thrust at 10 um than at 2 um; James et al.
 // (2013) measured 30 %.
+#include "cut/force/density.h"
 #include "cut/force/laws.h"
 
 namespace kerf {
@@ -23,6 +25,10 @@ namespace {
 // coefficients: Ke w / E*_ref, mm^2; Kc w / E*_ref, mm.
 double CalcEdgeAndChipThrust(const ToothForce& law, double bite_mm, const ToothCut& cut) {
   return (law.c[0] + law.c[1] * bite_mm) * cut.E_star_MPa;
+}
+// coefficients: Ke w, N; Kc w, N/mm; E_ref; n / b.
+double CalcThrustByDensity(const ToothForce& law, double bite_mm, const ToothCut& cut) {
+  return (law.c[0] + law.c[1] * bite_mm) * CalcDensityFactor(cut.E_MPa, law.c[2], law.c[3]);
 }
 
 }  // namespace
@@ -40,8 +46,17 @@ const ForceLawInfo& EdgePlusChip() {
        {"chip_N_per_mm2", 530, 0, 1e6, "Kc: thrust for each mm2 of chip, tooth width times bite; derived estimate", 407,
         530, "the two readings of the published forces (docs/physics.md)"},
        {"reference_E_star_MPa", 19140, 1, 1e6,
-        "reduced modulus, tool on bone, for which both hold; the force is proportional to E*, an assumption"}},
+        "reduced modulus, tool on bone, for which both hold; the force is proportional to E*, an assumption, unless "
+        "density_exponent is set"},
+       kDensityExponent,
+       kModulusExponent,
+       kDensityReferenceE},
       [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
+        if (values[3] > 0) {
+          return ToothForce{
+              .thrust = CalcThrustByDensity,
+              .c = {values[0] * tooth.width_mm, values[1] * tooth.width_mm, values[5], values[3] / values[4]}};
+        }
         const double fraction = tooth.width_mm / values[2];
         return ToothForce{.thrust = CalcEdgeAndChipThrust, .c = {values[0] * fraction, values[1] * fraction}};
       }};

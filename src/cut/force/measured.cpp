@@ -65,6 +65,16 @@ double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm) {
   return width * MakeToothForce(law, tool)(bite_mm, MakeMeasuredBone(tool)) / CalcMeasuredThrust(bite_mm);
 }
 
+double CalcCorticalPerCancellous(const ForceLaw& law, const Tool& tool) {
+  const ToothForce force = MakeToothForce(law, tool);
+  const auto thrust = [&](int id) {
+    const Region& region = DefaultMandibleTable().At(id);
+    const double E_star_MPa = CalcReducedModulus(CalcModulus(tool), CalcPoissonRatio(tool), region.E_MPa, region.nu);
+    return force(kMeasuredThrust.front().bite_mm, MakeToothCut(region.E_MPa, E_star_MPa, region.tissue));
+  };
+  return thrust(24) / thrust(32);
+}
+
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
   const bool by_width = FindCaveat(law.info()).by_width;
   const bool is_default = law.values() == ForceLaw(law.name()).values() && !law.has_own_table();

@@ -35,6 +35,18 @@ inline constexpr double kMeasuredEStar_MPa = 19140;
 /// Returns the bone of the tests at the speed of its first, as this tool cuts it: cortical, direction unknown.
 ToothCut MakeMeasuredBone(const Tool& tool);
 
+/// Thrust in cortical bone / thrust in cancellous bone of a jaw at the same bite. No test measured it with a saw. Its
+/// interval is (1.91 / density)^n for densities of 0.55 +- 0.29 g/cm3 (O'Mahony et al. 2000: cancellous bone of one
+/// edentulous mandible, n = 7) and n from 1 (drilling forces are linear in the bone mineral density, Ong and
+/// Bouazza-Marouf 2000) to 2 (strength, Carter and Hayes 1977, recalled): 2.3 to 54. Drilling a human trochanter took
+/// up to 50 N in cortical and 1 to 1.5 N in cancellous bone (Tsai et al. 2007, as quoted by Orelaja et al. 2020, table
+/// 6).
+inline constexpr std::array<double, 2> kCorticalPerCancellous{2.3, 50};
+inline constexpr const char* kCorticalPerCancellousSource =
+    "densities (O'Mahony et al. 2000) to a power of 1 to 2, and drilling forces (docs/physics.md)";
+/// Returns that ratio for a law at a bite of 2.5 um: region 24 of the built-in table over region 32.
+double CalcCorticalPerCancellous(const ForceLaw& law, const Tool& tool);
+
 /// Specific cutting energy, J/mm3. No test measured it. Published forces, widths and bites give 2.9 (bites of 2.5 um)
 /// to 0.83 (10 um) for saw teeth, and at most 1.2 to 1.4 for a drill (MacAvelia et al. 2012: thrust and torque).
 inline constexpr std::array<double, 2> kEnergyFromForces_J_per_mm3{0.83, 2.9};

@@ -14,20 +14,33 @@
 // no chip. No force was measured in bone below 2 um. ASSUMED: the edge terms grow in proportion to the bite up to
 // crossover_share times the edge radius, and are constant beyond. The minimum thickness of a chip in metals is 0.2 to
 // 0.4 of the edge radius; 0 switches the crossover off, and the force then jumps at a bite of 0.
-// Tissues: ASSUMED factors on all four coefficients; no measured force of a saw tooth in other tissue is known.
+// Tissues: ASSUMED factors on all four coefficients; no measured force of a saw tooth in other tissue is known. The
+// interval of the one of cancellous bone follows from densities and drilling forces (kCorticalPerCancellous). With
+// density_exponent, cancellous bone is cortical bone of lower density instead (density.h).
 // Osteons: published is only the order (cutting is easiest along the osteons and hardest across planes perpendicular to
 // them); the factors are ASSUMED and apply to cortical bone. They are weighted by the squared cosines of OsteonShares.
 // Without a known direction the law is isotropic. Speed: no effect from 1700 to 7000 mm/s (James et al. 2013).
 #include <algorithm>
 #include <limits>
 
+#include "cut/force/density.h"
 #include "cut/force/laws.h"
 
 namespace kerf {
 namespace {
 
 // Coefficients.
-enum { kThrustEdge, kThrustChip, kCuttingEdge, kCuttingChip, kCrossover, kTissues, kOsteons = kTissues + kTissueCount };
+enum {
+  kThrustEdge,
+  kThrustChip,
+  kCuttingEdge,
+  kCuttingChip,
+  kCrossover,
+  kTissues,
+  kOsteons = kTissues + kTissueCount,
+  kReferenceE = kOsteons + 3,  // only by density
+  kPower                       // likewise: n / b
+};
 
 /// Returns the factor of the tissue and the direction on all forces.
 double CalcFactor(const LawCoefficients& c, const ToothCut& cut) {
@@ -42,18 +55,27 @@ double CalcFactor(const LawCoefficients& c, const ToothCut& cut) {
   return factor;
 }
 
+/// Returns the same factor with the forces in cortical and cancellous bone scaled by their density.
+double CalcFactorByDensity(const LawCoefficients& c, const ToothCut& cut) {
+  double others = 0;
+  for (int i = static_cast<int>(Tissue::kTooth); i < kTissueCount; ++i) others += c[kTissues + i] * cut.tissue[i];
+  return others + (CalcFactor(c, cut) - others) * CalcDensityFactor(cut.E_MPa, c[kReferenceE], c[kPower]);
+}
+
 /// Returns the fraction of the edge terms that acts at a bite.
 double CalcEdgeShare(const LawCoefficients& c, double bite_mm) {
   return bite_mm < c[kCrossover] ? bite_mm / c[kCrossover] : 1;
 }
 
+template <double (*kFactor)(const LawCoefficients&, const ToothCut&)>
 double CalcComponentThrust(const ToothForce& law, double bite_mm, const ToothCut& cut) {
   const LawCoefficients& c = law.c;
-  return CalcFactor(c, cut) * (c[kThrustEdge] * CalcEdgeShare(c, bite_mm) + c[kThrustChip] * bite_mm);
+  return kFactor(c, cut) * (c[kThrustEdge] * CalcEdgeShare(c, bite_mm) + c[kThrustChip] * bite_mm);
 }
+template <double (*kFactor)(const LawCoefficients&, const ToothCut&)>
 double CalcComponentCutting(const ToothForce& law, double bite_mm, const ToothCut& cut) {
   const LawCoefficients& c = law.c;
-  return CalcFactor(c, cut) * (c[kCuttingEdge] * CalcEdgeShare(c, bite_mm) + c[kCuttingChip] * bite_mm);
+  return kFactor(c, cut) * (c[kCuttingEdge] * CalcEdgeShare(c, bite_mm) + c[kCuttingChip] * bite_mm);
 }
 
 /// Returns a / b, or infinity if b is 0.
@@ -62,7 +84,11 @@ double Ratio(double a, double b) {
 }
 
 // Order of the parameters.
-enum { kTissueParameters = 5, kOsteonParameters = kTissueParameters + kTissueCount - 1 };
+enum {
+  kTissueParameters = 5,
+  kOsteonParameters = kTissueParameters + kTissueCount - 1,
+  kDensityParameters = kOsteonParameters + 3
+};
 
 }  // namespace
 
@@ -90,8 +116,9 @@ const ForceLawInfo& TwoComponent() {
            {"crossover_share", 0.25, 0, 10,
             "bite, as a fraction of the edge's radius, below which the edge terms fall linearly to 0; an assumption", 0,
             0.4, kAssumed},
-           {"cancellous_factor", 0.25, 0, 10, "factor on all forces in cancellous bone; an assumption", 0.1, 0.5,
-            kAssumed},
+           {"cancellous_factor", 0.25, 0, 10,
+            "factor on all forces in cancellous bone; an assumption; unused with density_exponent",
+            1 / kCorticalPerCancellous[1], 1 / kCorticalPerCancellous[0], kCorticalPerCancellousSource},
            {"tooth_factor", 1, 0, 10, "factor on all forces in teeth; an assumption", 0.5, 4, kAssumed},
            {"canal_factor", 0, 0, 10, "factor on all forces in the mandibular canal; an assumption", 0, 0.1, kAssumed},
            {"other_factor", 1, 0, 10, "factor on all forces in other tissue; an assumption", 0.5, 1.5, kAssumed},
@@ -102,16 +129,27 @@ const ForceLawInfo& TwoComponent() {
            {"osteon_into_factor", 1.25, 0.01, 10, "factor for a thrust along the osteons; only the order is published",
             1, 1.5, kAssumed},
            {"osteon_across_factor", 1, 0.01, 10, "factor for an edge along the osteons; only the order is published",
-            0.75, 1.25, kAssumed}},
+            0.75, 1.25, kAssumed},
+           kDensityExponent,
+           kModulusExponent,
+           kDensityReferenceE},
       .make =
           [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
-            ToothForce law{
-                .thrust = CalcComponentThrust, .cutting = CalcComponentCutting, .reads = kReadsTissue | kReadsOsteons};
+            ToothForce law{.thrust = CalcComponentThrust<CalcFactor>,
+                           .cutting = CalcComponentCutting<CalcFactor>,
+                           .reads = kReadsTissue | kReadsOsteons};
             for (int i = kThrustEdge; i <= kCuttingChip; ++i) law.c[i] = values[i] * tooth.width_mm;
             law.c[kCrossover] = values[kCrossover] * tooth.edge_radius_mm;
             law.c[kTissues] = 1;  // cortical
             std::copy_n(values.begin() + kTissueParameters, kTissueCount - 1, law.c.begin() + kTissues + 1);
             std::copy_n(values.begin() + kOsteonParameters, 3, law.c.begin() + kOsteons);
+            if (const double n = values[kDensityParameters]; n > 0) {
+              law.thrust = CalcComponentThrust<CalcFactorByDensity>;
+              law.cutting = CalcComponentCutting<CalcFactorByDensity>;
+              law.c[kTissues + static_cast<int>(Tissue::kCancellous)] = 1;
+              law.c[kReferenceE] = values[kDensityParameters + 2];
+              law.c[kPower] = n / values[kDensityParameters + 1];
+            }
             // At any bite, force and slope are weighted sums of both pairs of coefficients.
             law.least_thrust_per_cutting = std::min(Ratio(values[kThrustEdge], values[kCuttingEdge]),
                                                     Ratio(values[kThrustChip], values[kCuttingChip]));

@@ -44,7 +44,7 @@ LinearLaw MakeEdgePlusChip() {
       law.coefficients.push_back({key, ForceComponent::kThrust, ForceTerm::kEdge, p.default_value, range});
     } else if (key.starts_with("chip_")) {
       law.coefficients.push_back({key, ForceComponent::kThrust, ForceTerm::kChip, p.default_value, range});
-    } else {
+    } else if (key == "reference_E_star_MPa") {
       law.fixed.push_back({key, p.default_value, range, false});
     }
   }

@@ -61,13 +61,20 @@ bool DependsOnE(const ToothForce& force, const Region& region) {
                          MakeToothCut(region.E_upper_MPa, region.E_upper_MPa, region.tissue));
 }
 
-void FindLawParameters(const ForceLaw& law, const Tool& tool, const std::vector<ToothCut>& cuts, Drawing& drawing) {
+void FindLawParameters(const ForceLaw& law, const Tool& tool, const std::vector<ToothCut>& cuts,
+                       const std::vector<FitInterval>& fit, Drawing& drawing) {
   const std::vector<LawParameter>& parameters = law.info().parameters;
   std::vector<std::string> without_effect;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const LawParameter& p = parameters[i];
-    if (!p.has_interval()) continue;
+    LawParameter p = parameters[i];
     const double value = law.values()[i];
+    if (const auto own = std::ranges::find(fit, p.key, &FitInterval::key); own != fit.end()) {
+      p.default_value = value;
+      p.interval_lower = own->lower;
+      p.interval_upper = own->upper;
+      p.interval_basis = own->basis.c_str();
+    }
+    if (!p.has_interval()) continue;
     if (value != p.default_value) {
       drawing.fixed.push_back({p.key, fmt::format("the scene sets {:g}; the default is {:g}", value, p.default_value)});
       continue;
@@ -137,14 +144,15 @@ void FindRegions(const Scene& scene, const MaterialTable& materials, const std::
 
 }  // namespace
 
-Drawing FindDrawing(const Scene& scene, const Bone& bone, const std::vector<int>& ct_regions) {
+Drawing FindDrawing(const Scene& scene, const Bone& bone, const std::vector<int>& ct_regions,
+                    const std::vector<FitInterval>& fit) {
   const MaterialTable& materials = bone.materials();
   std::vector<int> regions;
   for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
     if (materials.Contains(id)) regions.push_back(id);
   }
   Drawing drawing;
-  FindLawParameters(scene.force, MakeTool(scene), MakeCuts(materials, regions), drawing);
+  FindLawParameters(scene.force, MakeTool(scene), MakeCuts(materials, regions), fit, drawing);
   FindRegions(scene, materials, regions, ct_regions, drawing);
   return drawing;
 }

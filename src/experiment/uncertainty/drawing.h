@@ -25,6 +25,14 @@ struct DrawnQuantity {
   bool operator==(const DrawnQuantity&) const = default;
 };
 
+/// Interval of a parameter of the law that replaces the stated one.
+struct FitInterval {
+  std::string key;
+  double lower = 0;
+  double upper = 0;
+  std::string basis;
+};
+
 /// A quantity that is used as the scene sets it.
 struct FixedQuantity {
   std::string name;
@@ -43,8 +51,9 @@ struct Drawing {
 /// Returns what is drawn for a scene and its bone: the parameters of the law that have an interval and their default
 /// value, and E of the regions that have an interval, occur in the bone and take E from the region table. A parameter
 /// with another value was set by the user and is not drawn, nor is a quantity on which no force in this bone depends.
-/// `ct_regions`: those with E from the CT.
-Drawing FindDrawing(const Scene& scene, const Bone& bone, const std::vector<int>& ct_regions);
+/// `ct_regions`: those with E from the CT. A parameter with an interval in `fit` is drawn from it, whatever its value.
+Drawing FindDrawing(const Scene& scene, const Bone& bone, const std::vector<int>& ct_regions,
+                    const std::vector<FitInterval>& fit = {});
 
 /// Returns a number that is uniform in [0, 1), which depends on the arguments only.
 double DrawFraction(std::uint64_t seed, int sample, std::uint64_t stream);

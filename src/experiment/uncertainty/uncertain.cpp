@@ -146,7 +146,7 @@ UncertainRun RunUncertain(const Scene& scene, const UncertainParams& params, con
   const Bone bone = MakeSceneBone(scene, stage("making the bone"), &material);
   UncertainRun run;
   UncertainHead& head = run.head;
-  head.drawing = FindDrawing(scene, bone, material.ct_regions);
+  head.drawing = FindDrawing(scene, bone, material.ct_regions, params.fit);
   CheckAnythingDrawn(scene, head.drawing);
   head.scene = scene.name;
   head.title = scene.title;

@@ -20,6 +20,7 @@ struct UncertainParams {
   int samples = 200;
   std::uint64_t seed = 1;
   int jobs = 0;
+  std::vector<FitInterval> fit = {};  // intervals in place of those that the law states
 };
 
 template <typename V>

@@ -235,7 +235,8 @@ void CompareSet(Validation& v, std::size_t set, ToothRuns& runs, const std::func
 }  // namespace
 
 bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law) {
-  return std::find(set.calibrated.begin(), set.calibrated.end(), law.name()) != set.calibrated.end();
+  const bool is_default = law.values() == ForceLaw(law.name()).values() && !law.has_own_table();
+  return is_default && std::find(set.calibrated.begin(), set.calibrated.end(), law.name()) != set.calibrated.end();
 }
 
 std::size_t Validation::CountComparedSets() const {
@@ -260,12 +261,21 @@ std::vector<ForceLaw> ChooseLaws(const std::vector<std::string>& names) {
 }
 
 Validation CompareWithMeasurements(const std::vector<ForceLaw>& laws, const std::vector<MeasuredSet>& sets,
-                                   const std::function<void(double)>& progress) {
+                                   const std::function<void(double)>& progress,
+                                   const std::optional<SceneLaw>& scene_law) {
   Validation v;
   v.laws = laws;
+  for (const ForceLaw& law : laws) v.names.emplace_back(law.name());
+  if (scene_law) {
+    MaterialTable bone;
+    bone.Add(DefaultMandibleTable().At(24));  // that of the measurements
+    CheckTissues(scene_law->law, bone);
+    v.laws.push_back(scene_law->law);
+    v.names.push_back(fmt::format("{}: {}", scene_law->scene, scene_law->law.name()));
+  }
   v.sets = sets;
   std::size_t all = 0;
-  for (const MeasuredSet& set : sets) all += set.values.size() * laws.size();
+  for (const MeasuredSet& set : sets) all += set.values.size() * v.laws.size();
   std::size_t done = 0;
   ToothRuns runs(v);
   for (std::size_t set = 0; set < sets.size(); ++set) {
@@ -274,7 +284,7 @@ Validation CompareWithMeasurements(const std::vector<ForceLaw>& laws, const std:
       if (progress) progress(static_cast<double>(done) / static_cast<double>(all));
     });
   }
-  for (std::size_t law = 0; law < laws.size(); ++law) v.counts.push_back(CountLaw(v, law));
+  for (std::size_t law = 0; law < v.laws.size(); ++law) v.counts.push_back(CountLaw(v, law));
   return v;
 }
 

@@ -94,6 +94,7 @@ struct LawCounts {
 
 struct Validation {
   std::vector<ForceLaw> laws;
+  std::vector<std::string> names;  // of the laws in the results: "LAW", and "SCENE: LAW" for a SceneLaw
   std::vector<MeasuredSet> sets;
   std::vector<ValueComparison> values;
   std::vector<TrendComparison> trends;
@@ -108,15 +109,23 @@ struct Validation {
   const MeasuredTrend& trend_of(const TrendComparison& c) const { return sets[c.set].trends[c.row]; }
 };
 
-/// Returns true if parameters of the law were derived from the set.
+/// Force law with the values and the table of a scene.
+struct SceneLaw {
+  std::string scene;  // its name
+  ForceLaw law;
+};
+
+/// Returns true if the law has its default values and these were derived from the set.
 bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law);
 
 /// Returns the laws of these names with their default parameters, or all for an empty list and for "all". Throws Error
 /// for an unknown law.
 std::vector<ForceLaw> ChooseLaws(const std::vector<std::string>& names);
 
-/// Compares each law with each set. `progress` receives the fraction that is done, 0 to 1, and may be empty.
+/// Compares each law with each set; the law of a scene comes last. `progress` receives the fraction that is done, 0 to
+/// 1, and may be empty. Throws Error if the scene's law has no forces for cortical bone.
 Validation CompareWithMeasurements(const std::vector<ForceLaw>& laws, const std::vector<MeasuredSet>& sets,
-                                   const std::function<void(double)>& progress);
+                                   const std::function<void(double)>& progress,
+                                   const std::optional<SceneLaw>& scene_law = std::nullopt);
 
 }  // namespace kerf

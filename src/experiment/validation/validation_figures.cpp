@@ -105,7 +105,7 @@ PlotSeries MakeMeans(const Validation& v, const FigureData& data, std::size_t i)
 PlotSeries MakeCurve(const Validation& v, const FigureData& data, std::size_t law, double from, double to, bool log) {
   const MeasuredSet& set = v.sets[data.sets.front().set];
   PlotSeries curve;
-  curve.label = v.laws[law].name();
+  curve.label = v.names[law];
   curve.colour = kLawColours[law % kLawColours.size()];
   curve.width = 3;
   for (int i = 0; i <= kCurvePoints; ++i) {
@@ -157,8 +157,8 @@ std::string DescribeCalibrations(const Validation& v, const FigureData& data) {
   std::vector<std::pair<std::string, std::string>> groups;  // laws, and the sets with which all of them were calibrated
   for (const SetPoints& points : data.sets) {
     std::vector<std::string_view> names;
-    for (const ForceLaw& law : v.laws) {
-      if (IsCalibrated(v.sets[points.set], law)) names.emplace_back(law.name());
+    for (std::size_t law = 0; law < v.laws.size(); ++law) {
+      if (IsCalibrated(v.sets[points.set], v.laws[law])) names.emplace_back(v.names[law]);
     }
     if (names.empty()) continue;
     const std::string laws = fmt::format("{}", fmt::join(names, ", "));

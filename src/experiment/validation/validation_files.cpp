@@ -24,12 +24,13 @@ const char* Use(bool calibration) {
 
 ordered_json LawsJson(const Validation& v) {
   ordered_json laws = ordered_json::array();
-  for (const ForceLaw& law : v.laws) {
+  for (std::size_t k = 0; k < v.laws.size(); ++k) {
+    const ForceLaw& law = v.laws[k];
     ordered_json parameters = ordered_json::object();
     for (std::size_t i = 0; i < law.info().parameters.size(); ++i) {
       parameters[law.info().parameters[i].key] = law.values()[i];
     }
-    laws.push_back({{"law", law.name()}, {"has_cutting_force", HasCuttingForce(law)}, {"parameters", parameters}});
+    laws.push_back({{"law", v.names[k]}, {"has_cutting_force", HasCuttingForce(law)}, {"parameters", parameters}});
   }
   return laws;
 }
@@ -57,7 +58,7 @@ ordered_json SetsJson(const Validation& v) {
 ordered_json CountsJson(const Validation& v) {
   ordered_json counts = ordered_json::array();
   for (const LawCounts& c : v.counts) {
-    counts.push_back({{"law", v.laws[c.law].name()},
+    counts.push_back({{"law", v.names[c.law]},
                       {"values", c.values},
                       {"values_agree", c.values_agree},
                       {"trends", c.trends},
@@ -73,10 +74,8 @@ ordered_json CountsJson(const Validation& v) {
 ordered_json CarriedJson(const Validation& v) {
   ordered_json carried = ordered_json::array();
   for (const CarriedTeeth& c : v.carried) {
-    carried.push_back({{"set", v.sets[c.set].name},
-                       {"law", v.laws[c.law].name()},
-                       {"force_N", c.force_N},
-                       {"teeth", NumberJson(c.teeth)}});
+    carried.push_back(
+        {{"set", v.sets[c.set].name}, {"law", v.names[c.law]}, {"force_N", c.force_N}, {"teeth", NumberJson(c.teeth)}});
   }
   return carried;
 }
@@ -88,7 +87,7 @@ Columns<ValueComparison> ValueColumns(const Validation& v) {
   Columns<C> columns{
       {"set", "{}", "name of the set", [&v](const C& c) { return v.sets[c.set].name; }},
       {"row", "{}", "number of the value in its file, counted from 1", [](const C& c) { return c.row + 1; }},
-      {"law", "{}", "force law", [&v](const C& c) { return v.laws[c.law].name(); }},
+      {"law", "{}", "force law", [&v](const C& c) { return v.names[c.law]; }},
       {"quantity", "{}", "what was measured, with its unit", [&v](const C& c) { return v.value_of(c).quantity; }},
       {"conditions", "{}", "conditions of the measurement",
        [&v](const C& c) { return ShowConditions(JoinConditions(v.value_of(c).at, v.sets[c.set].conditions)); }},
@@ -125,7 +124,7 @@ Columns<TrendComparison> TrendColumns(const Validation& v) {
   using C = TrendComparison;
   return {{"set", "{}", "name of the set", [&v](const C& c) { return v.sets[c.set].name; }},
           {"row", "{}", "number of the trend in its file, counted from 1", [](const C& c) { return c.row + 1; }},
-          {"law", "{}", "force law", [&v](const C& c) { return v.laws[c.law].name(); }},
+          {"law", "{}", "force law", [&v](const C& c) { return v.names[c.law]; }},
           {"quantity", "{}", "what was measured, with its unit", [&v](const C& c) { return v.trend_of(c).quantity; }},
           {"against", "{}", "condition that changes, with its unit; from, to",
            [&v](const C& c) { return v.trend_of(c).against; }},
@@ -151,7 +150,7 @@ Columns<TrendComparison> TrendColumns(const Validation& v) {
 
 Columns<ToothCheck> ToothColumns(const Validation& v) {
   using C = ToothCheck;
-  return {{"law", "{}", "force law", [&v](const C& c) { return v.laws[c.law].name(); }},
+  return {{"law", "{}", "force law", [&v](const C& c) { return v.names[c.law]; }},
           {"width_mm", "{:.9g}", "width of the tooth", [](const C& c) { return c.run.width_mm; }},
           {"bite_um", "{:.9g}", "nominal bite: feed per turn", [](const C& c) { return c.run.bite_um; }},
           {"speed_mm_per_s", "{:.9g}", "speed of the tooth", [](const C& c) { return c.run.speed_mm_per_s; }},
@@ -170,7 +169,7 @@ Columns<BladeCheck> BladeColumns(const Validation& v) {
       {"set", "{}", "name of the set", [&v](const C& c) { return v.sets[v.trends[c.trend].set].name; }},
       {"row", "{}", "number of the trend in its file, counted from 1",
        [&v](const C& c) { return v.trends[c.trend].row + 1; }},
-      {"law", "{}", "force law", [&v](const C& c) { return v.laws[v.trends[c.trend].law].name(); }},
+      {"law", "{}", "force law", [&v](const C& c) { return v.names[v.trends[c.trend].law]; }},
       {"teeth", "{:.9g}", "engaged at once", [](const C& c) { return c.cut.teeth; }},
       {"cycles_per_min", "{:.9g}", "speed of the blade at the end of the trend",
        [](const C& c) { return c.cut.cycles_per_min(); }},

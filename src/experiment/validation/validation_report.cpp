@@ -33,9 +33,9 @@ std::string ShowRowConditions(const MeasuredSet& set, const MeasuredConditions& 
 
 /// Returns the headings, those of the laws, and that of the notes.
 std::vector<std::string> WithLaws(std::vector<std::string> headings, const Validation& v, const MeasuredSet& set) {
-  for (const ForceLaw& law : v.laws) {
-    const bool calibrated = IsCalibrated(set, law);
-    headings.push_back(fmt::format("`{}`{}", law.name(), calibrated ? " (calibration)" : ""));
+  for (std::size_t law = 0; law < v.laws.size(); ++law) {
+    const bool calibrated = IsCalibrated(set, v.laws[law]);
+    headings.push_back(fmt::format("`{}`{}", v.names[law], calibrated ? " (calibration)" : ""));
   }
   headings.emplace_back("note");
   return headings;
@@ -53,7 +53,7 @@ std::string ShowTrend(const TrendComparison& c) {
   return verdict + (c.at_from.assumed_ratio ? " *" : "");
 }
 
-void AddIntroduction(std::string& text) {
+void AddIntroduction(std::string& text, const Validation& v) {
   text +=
       "# Force laws compared with published measurements\n\n"
       "Written by `kerf validate`. Each set of published measurements that states enough is simulated with each force "
@@ -70,6 +70,12 @@ void AddIntroduction(std::string& text) {
       "- *obtained*: read in the publication, derived by arithmetic from such numbers, or recalled from memory.\n"
       "- The bone is bovine or human cortical bone; kerf uses the constants of region 24 (19.3 GPa) for all sets.\n\n"
       "`kerf validate --sets FOLDER` adds sets of your own; docs/formats.md of kerf describes their files.\n\n";
+  if (v.names.empty() || v.names.back() == v.laws.back().name()) return;
+  AppendFormat(
+      text,
+      "`{}` is the law of a scene with its own values. Its rows count as calibration only if all values are the "
+      "defaults; kerf does not know from which measurements other values come.\n\n",
+      v.names.back());
 }
 
 void AddCounts(std::string& text, const Validation& v) {
@@ -79,7 +85,7 @@ void AddCounts(std::string& text, const Validation& v) {
   TextTable table({"law", "values that agree", "trends that are right", "calibration: values", "calibration: trends"});
   for (const LawCounts& c : v.counts) {
     const auto of = [](int part, int whole) { return whole > 0 ? fmt::format("{} of {}", part, whole) : "-"; };
-    table.Add({fmt::format("`{}`", v.laws[c.law].name()), of(c.values_agree, c.values), of(c.trends_right, c.trends),
+    table.Add({fmt::format("`{}`", v.names[c.law]), of(c.values_agree, c.values), of(c.trends_right, c.trends),
                of(c.calibration_values_agree, c.calibration_values),
                of(c.calibration_trends_right, c.calibration_trends)});
   }
@@ -142,7 +148,7 @@ void AddReasons(std::string& text, const Validation& v, std::size_t set) {
     if (why.empty()) return;
     const bool of_law = why.find("law") != std::string::npos;
     std::string line = fmt::format("{} not compared{}: {}", FindQuantity(quantity).label,
-                                   of_law ? fmt::format(" with `{}`", v.laws[law].name()) : "", why);
+                                   of_law ? fmt::format(" with `{}`", v.names[law]) : "", why);
     if (std::find(seen.begin(), seen.end(), line) == seen.end()) seen.push_back(std::move(line));
   };
   for (const ValueComparison& c : v.values) {
@@ -162,7 +168,7 @@ std::string ListNotes(const Validation& v, std::size_t index) {
   for (const MeasuredRemark& r : set.remarks) AppendFormat(text, "- {} ({})\n", Sentence(r.text), r.obtained);
   for (const CarriedTeeth& c : v.carried) {
     if (c.set != index) continue;
-    AppendFormat(text, "- With `{}`, a force of {:g} N {}.\n", v.laws[c.law].name(), c.force_N,
+    AppendFormat(text, "- With `{}`, a force of {:g} N {}.\n", v.names[c.law], c.force_N,
                  c.teeth > 100 ? "is enough to cut with any number of teeth up to 100"
                  : c.teeth < 1
                      ? "cannot cut with even one tooth"
@@ -201,7 +207,7 @@ void AddTeeth(std::string& text, const Validation& v) {
       {"law", "bite (um)", "bite reached (um)", "thrust in the cut (N)", "law at the nominal bite (N)", "difference"});
   for (const ToothCheck& check : v.teeth) {
     const ToothRun& r = check.run;
-    table.Add({fmt::format("`{}`", v.laws[check.law].name()), fmt::format("{:g}", r.bite_um),
+    table.Add({fmt::format("`{}`", v.names[check.law]), fmt::format("{:g}", r.bite_um),
                fmt::format("{:.4g}", r.removed_bite_um), fmt::format("{:.4g}", r.thrust_N),
                fmt::format("{:.4g}", r.law_N), fmt::format("{:+.2f} %", 100 * (r.thrust_N / r.law_N - 1))});
   }
@@ -230,7 +236,7 @@ void AddBlades(std::string& text, const Validation& v) {
     const MeasuredTrend& m = v.trend_of(c);
     const auto ends = [](double from, double to) { return fmt::format("{:.3g} to {:.3g}", from, to); };
     const std::string verdict = IsGiven(b.ratio) ? fmt::format("{}, x {:.3g}", b.sign, b.ratio) : b.sign;
-    table.Add({v.sets[c.set].name, fmt::format("`{}`", v.laws[c.law].name()),
+    table.Add({v.sets[c.set].name, fmt::format("`{}`", v.names[c.law]),
                fmt::format("{}, {} to {}", FindQuantity(m.quantity).label, ShowCondition(m.against, c.from),
                            ShowCondition(m.against, c.to)),
                m.sign + (IsGiven(m.ratio) ? ", x " + ShowNumber(m.ratio) : ""), ends(b.from.bite_um, b.to.bite_um),
@@ -269,7 +275,7 @@ void AddMethods(std::string& text) {
 
 std::string FormatValidationReport(const Validation& v) {
   std::string text;
-  AddIntroduction(text);
+  AddIntroduction(text, v);
   AddCounts(text, v);
   text += "## Figures\n\n";
   for (const ValidationFigure& figure : MakeValidationFigures(v)) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/files/files.h"
+#include "cut/force/measured.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -26,7 +27,8 @@ std::string_view SkipNumber(std::string_view scene_name) {
   return at > 0 && at < scene_name.size() && scene_name[at] == '_' ? scene_name.substr(at + 1) : scene_name;
 }
 
-Message DescribeGoal(const SceneExercise& e, std::string_view id) {
+Message DescribeGoal(const Scene& scene, std::string_view id) {
+  const SceneExercise& e = scene.exercise;
   const Quantity count{1 + static_cast<double>(e.further.size()), 0, ""};
   const Quantity length = ShowLength(MakeWantedCut(e, DiscSaw{}).length_mm);
   const Quantity depth = ShowLength(e.depth_mm);
@@ -34,7 +36,10 @@ Message DescribeGoal(const SceneExercise& e, std::string_view id) {
     case ExerciseKind::kGroove:
       return {MarkMessage("Cut a straight groove {0} deep, no deeper, along the line of {1}."), {depth, length}};
     case ExerciseKind::kStopBeforeFar:
-      return {MarkMessage("Cut {0} deep along the line of {1} and stop before the far cortex."), {depth, length}};
+      return {MarkMessage("Cut {0} deep along the line of {1} and stop before the far cortex. Here cortex resists "
+                          "{2} times as much as cancellous bone; in a jaw it is thought to be {3} to {4} times."),
+              {depth, length, Quantity{CalcCorticalPerCancellous(scene.force, MakeTool(scene)), 1, ""},
+               Quantity{kCorticalPerCancellous[0], 1, ""}, Quantity{kCorticalPerCancellous[1], 0, ""}}};
     case ExerciseKind::kBicortical:
       return {MarkMessage("Cut through both cortices along the line of {} with minimum plunge beyond."), {length}};
     case ExerciseKind::kBesideCanal:
@@ -67,7 +72,7 @@ Exercise MakeExercise(const Scene& scene, std::string id, std::string file, std:
   Exercise exercise;
   exercise.id = std::move(id);
   exercise.title = scene.TitleOrName();
-  exercise.goal_message = DescribeGoal(scene.exercise, exercise.id);
+  exercise.goal_message = DescribeGoal(scene, exercise.id);
   exercise.kind = scene.exercise.kind;
   exercise.goal = FormatMessage(exercise.goal_message);
   exercise.file = std::move(file);

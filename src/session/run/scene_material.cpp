@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "base/files/files.h"
 #include "bone/material/ct_law_table.h"
@@ -57,6 +59,18 @@ void ApplyCt(const Scene& scene, Bone& bone, MaterialSummary& summary) {
         "Hobatho "
         "and Ashman 1995), and soft tissue lowers it near the surface; \"cancellous\" gives cortex its region's "
         "constants");
+  }
+  const std::vector<LawParameter>& parameters = scene.force.info().parameters;
+  if (std::ranges::find(parameters, std::string_view("density_exponent"), &LawParameter::key) != parameters.end() &&
+      scene.force.Get("density_exponent") > 0) {
+    const double b = scene.force.Get("modulus_exponent");
+    const std::vector<CtLaw::Band>& bands = summary.law.bands;
+    if (bands.size() > 1 || bands[0].E0_MPa != 0 || bands[0].b != b) {
+      summary.warnings.push_back(
+          fmt::format("the force law takes the density from E ~ density^{:g} (modulus_exponent), and {} has another "
+                      "relation, so its density is not that of the CT",
+                      b, summary.law.name));
+    }
   }
   if (summary.law.tag == 'R') {
     summary.warnings.push_back(fmt::format("part of the law {} is quoted from memory, not verified: {}",

@@ -79,7 +79,7 @@ double ToSI(const std::string& key, double value) {
   if (ends("_MPa")) return 1e6 * value;
   if (ends("_mm")) return 1e-3 * value;
   // A ratio has no unit; any other unit must be added above before it can be checked.
-  if (!ends("_share_of_pitch") && !ends("_share") && !ends("_factor") && key != "scale")
+  if (!ends("_share_of_pitch") && !ends("_share") && !ends("_factor") && !ends("_exponent") && key != "scale")
     throw std::runtime_error("no SI factor for the unit of " + key);
   return value;
 }

@@ -140,5 +140,35 @@ TEST(Measured, LargestValidBiteOfHertzChipDependsOnTheTool) {
   EXPECT_EQ(FindMinValidBite(ForceLaw("hertz_chip")), kMinMeasuredBite_mm);
 }
 
+// The ratio is that of the factors, of E* for the laws that are proportional to it, or of densities.
+TEST(Measured, CorticalPerCancellousOfEachLaw) {
+  const Region& cortical = DefaultMandibleTable().At(24);
+  const Region& cancellous = DefaultMandibleTable().At(32);
+  const auto E_star = [](const Region& r) { return CalcReducedModulus(kSaw.E_MPa, kSaw.nu, r.E_MPa, r.nu); };
+  for (const char* name : {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}) {
+    EXPECT_NEAR(CalcCorticalPerCancellous(ForceLaw(name), kSaw), E_star(cortical) / E_star(cancellous), 1e-12) << name;
+  }
+  EXPECT_NEAR(CalcCorticalPerCancellous(ForceLaw("hertz_chip"), kSaw), 12.8, 0.05);
+  EXPECT_NEAR(CalcCorticalPerCancellous(ForceLaw("two_component"), kSaw), 4, 1e-12);
+  ForceLaw by_density("edge_plus_chip");
+  by_density.Set("density_exponent", 1);
+  EXPECT_NEAR(CalcCorticalPerCancellous(by_density, kSaw), std::pow(cortical.E_MPa / cancellous.E_MPa, 1 / 1.93),
+              1e-12);
+  // Every default lies within the interval that is stated, which is that of two_component's factor.
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const double ratio = CalcCorticalPerCancellous(ForceLaw(info->name), kSaw);
+    EXPECT_GT(ratio, kCorticalPerCancellous[0]) << info->name;
+    EXPECT_LT(ratio, kCorticalPerCancellous[1]) << info->name;
+    for (const LawParameter& p : info->parameters) {
+      if (std::string_view(p.key) != "cancellous_factor") continue;
+      ForceLaw law(info->name);
+      law.Set(p.key, p.interval_lower);
+      EXPECT_NEAR(CalcCorticalPerCancellous(law, kSaw), kCorticalPerCancellous[1], 1e-9);
+      law.Set(p.key, p.interval_upper);
+      EXPECT_NEAR(CalcCorticalPerCancellous(law, kSaw), kCorticalPerCancellous[0], 1e-9);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kerf

@@ -130,5 +130,39 @@ TEST(CtForce, RampGivesTheForceOfTheModulusAtTheTeeth) {
   EXPECT_GT(checked, 400);
 }
 
+TEST(CtForce, DensityOfTheCtScalesTheForceOfALawByDensity) {
+  // HU -> density -> E -> density: bone of twice the reference's density by its CT numbers has 2^n times the force that
+  // bone with the reference's E in the region table has.
+  CtLaw morgan = LinearLaw();
+  morgan.bands = {{0.01, 25, 0, 15490, 1.93}};
+  const double rho = 0.2;
+  for (const char* name : {"edge_plus_chip", "two_component"}) {
+    for (const double n : {1.0, 2.0}) {
+      SimulationParams params;
+      params.law = ForceLaw(name);
+      params.law.Set("density_exponent", n);
+      params.law.Set("reference_E_MPa", CalcModulus(morgan, rho));
+      const auto plunge = [&](const Bone& bone) {
+        const double R = kSaw.radius_mm();
+        Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.1 + R}));
+        return Stroke(simulation, Pose{}, {0, 0, 3.1 + R}, {0, 0, -2.5 + R}, 20);
+      };
+      Bone ct = MakePlate(5, 5);  // the table's 5 MPa must have no influence
+      SetHu(
+          ct, [&](const Vec3&) { return 1200 * 2 * rho; }, 0.37);
+      UseCtModulus(ct, morgan, true);
+      const auto twice = plunge(ct);
+      const auto once = plunge(MakePlate(CalcModulus(morgan, rho), CalcModulus(morgan, rho)));
+      double peak = 0;
+      for (std::size_t i = 0; i < once.size(); ++i) {
+        peak = std::max(peak, once[i].thrust_sum_N);
+        // The grid stores seven digits of E.
+        EXPECT_NEAR(twice[i].thrust_sum_N, std::pow(2, n) * once[i].thrust_sum_N, 1e-6 * once[i].thrust_sum_N + 1e-12);
+      }
+      EXPECT_GT(peak, 1) << name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kerf

@@ -287,6 +287,22 @@ TEST(Uncertain, EstimatedRegionsOfOneTissueShareOneFraction) {
   EXPECT_GT(result.rank_correlations[0].value(), 0.9);  // the plunge ends in the first layer
 }
 
+TEST(Uncertain, FactorOfCancellousBoneIsDrawnFromItsRatioToCorticalBone) {
+  // The block is cancellous and all other parameters are set, so that the force is proportional to the factor.
+  const Scene scene = Parse(test::MakeBlockScene({6.2, 5.2, 20}, test::LayerToml(20, 32)) +
+                            "[force]\nlaw = \"two_component\"\nthrust_edge_N_per_mm = 9\nthrust_chip_N_per_mm2 = "
+                            "400\ncutting_edge_N_per_mm = 6\ncutting_chip_N_per_mm2 = 100\ncrossover_share = 0.2\n");
+  const UncertainRun run = RunWith(scene, {.samples = 10, .seed = 3, .jobs = 0});
+  ASSERT_THAT(NamesOfDrawn(run.head.drawing), ElementsAre("cancellous_factor"));
+  const double lower = 1.0 / 50;  // cortical bone has 2.3 to 50 times the force
+  const double upper = 1 / 2.3;
+  ASSERT_GT(run.head.nominal.mean_N, 0.1);
+  for (const UncertainSample& s : run.samples) {
+    const double factor = lower + s.fractions[0] * (upper - lower);
+    EXPECT_NEAR(s.mean_N, run.head.nominal.mean_N * factor / 0.25, 1e-9 * run.head.nominal.mean_N);  // sum of ticks
+  }
+}
+
 TEST(Uncertain, UniformMaterialIsNotDrawn) {
   const test::Folder folder;
   const Scene scene = ParseWithTable(folder, "[material]\nkind = \"uniform\"\n");

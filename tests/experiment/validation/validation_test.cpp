@@ -210,6 +210,46 @@ TEST(Verdicts, HertzLawsFailRowsAndTheReportShowsIt) {
   EXPECT_NE(report.find("**wrong: rises, x 11.2** *"), std::string::npos);
 }
 
+// edge_plus_chip is proportional to its two coefficients together.
+TEST(SceneLaw, GivesTheNumbersOfItsLawAndOfItsValues) {
+  const MeasuredSet set = MakeSet(std::string(kToothAtSpeed) +
+                                      "[[value]]\nquantity = \"thrust_N\"\nbite_um = 2.5\nobtained = \"read\"\nlow = "
+                                      "6\nhigh = 7\n[[trend]]\nquantity = \"thrust_N\"\nagainst = \"bite_um\"\nfrom = "
+                                      "2\nto = 10\nsign = \"rises\"\nobtained = \"read\"\n",
+                                  "[\"edge_plus_chip\"]");
+  const ForceLaw law("edge_plus_chip");
+  const Validation same = CompareWithMeasurements({law}, {set}, {}, SceneLaw{"mine", law});
+  EXPECT_THAT(same.names, testing::ElementsAre("edge_plus_chip", "mine: edge_plus_chip"));
+  ASSERT_EQ(same.values.size(), 2u);
+  EXPECT_EQ(same.values[1].law, 1u);
+  EXPECT_EQ(same.values[1].simulated.value, same.values[0].simulated.value);
+  EXPECT_EQ(same.values[1].verdict, same.values[0].verdict);
+  EXPECT_EQ(same.trends[1].ratio, same.trends[0].ratio);
+  EXPECT_EQ(same.counts[1].calibration_values, 1);
+
+  ForceLaw twice = law;
+  for (const char* key : {"edge_N_per_mm", "chip_N_per_mm2"}) twice.Set(key, 2 * law.Get(key));
+  const Validation own = CompareWithMeasurements({law}, {set}, {}, SceneLaw{"mine", twice});
+  const double once_N = own.values[0].simulated.value;
+  EXPECT_NEAR(own.values[1].simulated.value, 2 * once_N, 1e-9 * once_N);  // rounding of a sum of ticks
+  EXPECT_EQ(own.counts[1].calibration_values, 0);                         // the values were not derived from the set
+  EXPECT_EQ(own.counts[1].values, 1);
+  EXPECT_THAT(FormatValidationReport(own), HasSubstr("`mine: edge_plus_chip` is the law of a scene"));
+  EXPECT_THAT(FormatValidationReport(Compare("edge_plus_chip", set)), testing::Not(HasSubstr("law of a scene")));
+  EXPECT_THAT(FormatValidationJson(own), HasSubstr("\"law\": \"mine: edge_plus_chip\""));
+}
+
+TEST(SceneLaw, ATableWithoutCorticalBoneIsRefused) {
+  ForceTable table;
+  for (const double bite_um : {2.5, 10.0}) table.Add({"cancellous", bite_um, 2.0, 1.0, "test"});
+  ForceLaw law("tabulated");
+  law.SetTable(std::make_shared<const ForceTable>(table));
+  EXPECT_THAT(test::MessageOf([&] {
+                CompareWithMeasurements({}, {}, {}, SceneLaw{"mine", law});
+              }),
+              HasSubstr("the table of the force law tabulated has no rows for cortical"));
+}
+
 TEST(Validation, UnknownLawsAreRefused) {
   EXPECT_EQ(ChooseLaws({}).size(), ForceLaws().size());
   EXPECT_EQ(ChooseLaws({"hertz_chip", "hertz_chip"}).size(), 1u);
