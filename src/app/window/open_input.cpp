@@ -44,6 +44,7 @@ rpm = 7500
 law = "hertz_chip"
 [effects.kerf_friction]
 coefficient = 0.2
+[effects.handpiece]
 [device]
 profile = "omega_6"
 [hand]
