@@ -132,6 +132,7 @@ void LiveSession::Begin(const LoopInitialState& beginning) {
     if (materials.Contains(region) && materials.At(region).tissue == Tissue::kTooth) teeth_.push_back(region);
   }
   for (const EffectPlan::Entry& entry : beginning.effects.entries()) {
+    if (std::string_view(entry.info->name) == "handpiece") holder_channel_ = entry.first_channel;
     const auto* guide = dynamic_cast<const GuideEffect*>(entry.effect.get());
     if (guide == nullptr) continue;
     guide_channel_ = entry.first_channel + GuideEffect::kForceChannel;
@@ -169,6 +170,10 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   if ((out.status & kCoupledTouchesMetal) != 0) figures_.metal_touch_s = tick.time_s;
   figures_.channels.assign(channels.begin(), channels.end());
   if (guide_channel_ && *guide_channel_ < channels.size()) figures_.guide_force_N = channels[*guide_channel_];
+  if (holder_channel_ && *holder_channel_ + 1 < channels.size()) {
+    figures_.holder_force_N = channels[*holder_channel_];
+    figures_.hub_force_N = channels[*holder_channel_ + 1];
+  }
 
   if (tick.held || tick.stands) {
     figures_.released.reset();

@@ -33,6 +33,8 @@ struct LiveFigures : LoopTick, ContactSums {
   std::uint64_t missed = 0;             // number of missed deadlines
   std::vector<double> channels;         // channels of the effects
   std::optional<double> guide_force_N;  // force of the guide on the tool; none: no guide
+  /// Forces of the bone on a disc's hub, and on all that holds the tool with it; none: it meets no resistance.
+  std::optional<double> hub_force_N, holder_force_N;
   std::optional<double> metal_touch_s;  // time of the last tick in which the turning saw rested on metal; none: never
   std::optional<double> tooth_cut_s;    // time of the last tick in which the saw cut a tooth of the bone; none: never
   /// Where the tool was, and what had been removed, in the tick in which the hand let go of it or was moved without
@@ -143,11 +145,12 @@ class LiveSession final : private SessionController {
   std::string failure_;
   bool cancelled_ = false;
   std::optional<LoopSummary> summary_;
-  const Bone* mirror_ = nullptr;              // used only by the session's thread
-  std::optional<std::size_t> guide_channel_;  // of the guide's force; used only by the session's thread
-  Vec3 guide_normal_W_{0, 0, 1};              // set before kRunning
-  std::vector<int> teeth_;                    // regions; used only by the session's thread
-  StrokeWatch stroke_;                        // used only by the session's thread
+  const Bone* mirror_ = nullptr;               // used only by the session's thread
+  std::optional<std::size_t> guide_channel_;   // of the guide's force; used only by the session's thread
+  std::optional<std::size_t> holder_channel_;  // first of the handpiece's; likewise
+  Vec3 guide_normal_W_{0, 0, 1};               // set before kRunning
+  std::vector<int> teeth_;                     // regions; used only by the session's thread
+  StrokeWatch stroke_;                         // used only by the session's thread
 
   mutable std::mutex mutex_;  // protects everything below
   OverallProgress loading_;

@@ -44,6 +44,7 @@ rpm = 7500
 law = "two_component"
 [effects.kerf_friction]
 coefficient = 0.2
+[effects.handpiece]
 [device]
 profile = "omega_6"
 [hand]

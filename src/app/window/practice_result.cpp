@@ -141,18 +141,20 @@ void Practice::TakeChecks() {
 }
 
 void Practice::DrawResultDialog(Ui& ui) {
-  const ResultContents contents{.title = Tr(exercise_->title.c_str()),
-                                .level = options_.level,
-                                .sheet = *sheet_,
-                                .review = *review_,
-                                .next = next_,
-                                .verified = checks_.verified(),
-                                .verification_failed = checks_.failed(),
-                                .holder = DescribeHolderOf(viewer_->holder_places()),
-                                .stored = stored_ ? stored_() : "",
-                                .asks_name = options_.student.empty() && !unnamed_.empty(),
-                                .expert_ready = checks_.expert() != nullptr,
-                                .waits_s = wants_replay_ && !checks_.failed() ? std::optional(waits_s_) : std::nullopt};
+  const ResultContents contents{
+      .title = Tr(exercise_->title.c_str()),
+      .level = options_.level,
+      .sheet = *sheet_,
+      .review = *review_,
+      .next = next_,
+      .verified = checks_.verified(),
+      .verification_failed = checks_.failed(),
+      // Bone that meets what holds the tool keeps it out.
+      .holder = viewer_->figures().holder_force_N ? "" : DescribeHolderOf(viewer_->holder_places()),
+      .stored = stored_ ? stored_() : "",
+      .asks_name = options_.student.empty() && !unnamed_.empty(),
+      .expert_ready = checks_.expert() != nullptr,
+      .waits_s = wants_replay_ && !checks_.failed() ? std::optional(waits_s_) : std::nullopt};
   switch (DrawResult(ui, contents)) {
     case ResultChoice::kNone:
       break;

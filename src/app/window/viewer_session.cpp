@@ -337,9 +337,17 @@ std::string ViewerApp::DescribeStaying() const {
              : fmt::format(fmt::runtime(Tr("The saw is outside the picture: {} brings it back")), key);
 }
 
-/// Returns that what holds the blade is inside the bone while the saw is used; empty if it is not.
+/// Returns that what holds the blade is against or inside the bone while the saw is used; empty if it is not.
 std::string ViewerApp::DescribeHolder() const {
   if (!options_.watch || !is_running() || !began_ || !activity_->cuts()) return {};
+  if (figures_.holder_force_N) {
+    constexpr double kFelt_N = 0.2;
+    if (*figures_.hub_force_N > kFelt_N) {
+      return Tr("The hub of the blade is on the bone and stops the blade: cut the rest from another side.");
+    }
+    if (*figures_.holder_force_N > kFelt_N) return Tr("The handpiece is against the bone: it has no room there.");
+    return {};
+  }
   if (holder_.hub_in_bone()) {
     return Tr(
         "The hub of the blade is inside the bone. Here it meets no resistance; in theatre it stops the blade: cut the "

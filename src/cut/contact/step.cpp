@@ -152,6 +152,7 @@ void StepProblem::Clear() {
   solids.clear();
   frictions.clear();
   yields.clear();
+  reach_mm = 0;
 }
 
 double StepProblem::ToothForceAt(double speed, const ToothCut& cut) const {

@@ -56,6 +56,7 @@ struct EffectStep {
   /// Of an edge with a stroke on a path, whose loads are known before the step. They change from step to step, so that
   /// those of the last one would not do. Otherwise empty.
   std::span<ToothLoad> teeth = {};
+  double reserve_mJ = 0;  // energy that springs may gain at the start of the step: it was lost before
 };
 
 /// Solved step.

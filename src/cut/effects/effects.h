@@ -11,6 +11,7 @@
   EFFECT(TangentialForce)    \
   EFFECT(Spindle)            \
   EFFECT(Guide)              \
+  EFFECT(Handpiece)          \
   EFFECT(ToothVibration)     \
   EFFECT(Heat)               \
   EFFECT(Structures)         \

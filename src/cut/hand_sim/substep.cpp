@@ -143,7 +143,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
   first_of_effects = problem.solids.size();
   {
     const EffectsStage stage(observer, effects, TickStage::kEngage);
-    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone, StrokeOrNull()}, problem);
+    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone, StrokeOrNull(), {}, reserve_mJ}, problem);
   }
   if (problem.empty()) return;
   drawn_mJ += CalcSolidsEnergy(first_of_effects, problem.solids.size(), 0);
@@ -182,6 +182,10 @@ double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double ti
     const double turned = is_round ? std::hypot(w.x, w.y) * shape.reach_mm * time_s : 0;
     steps = std::max(steps, CountSteps(glm::length(v) * time_s + turned, bent, kStepVoxels * h));
     if (is_round) steps = std::max(steps, CountSteps(turned, bent, kAxialFraction * h));
+  }
+  if (problem.reach_mm > 0) {
+    const double about_C = glm::length(Vec3(motion[0], motion[1], motion[2])) + glm::length(w) * problem.reach_mm;
+    steps = std::max(steps, about_C * time_s / problem.largest_motion_mm);
   }
   return steps > 1 ? 1 / steps : 1;
 }

@@ -38,4 +38,11 @@ struct ToolKind<DiscSaw> {
   static std::vector<Vec3> SampleSurface(const DiscSaw& disc, double step_mm);
 };
 
+/// A flange on each side of a disc. Its size is an assumption.
+struct DiscHub {
+  double radius_mm;
+  double outer_z_mm;  // of its outer face
+};
+DiscHub CalcHub(const DiscSaw& disc);
+
 }  // namespace kerf

@@ -40,16 +40,6 @@ std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   return outline;
 }
 
-/// A flange on each side of a disc.
-struct Hub {
-  double radius;
-  double outer_z;  // of its outer face
-};
-
-Hub CalcHub(const DiscSaw& saw) {
-  return {0.22 * saw.radius_mm(), 0.5 * saw.thickness_mm + std::max(0.04 * saw.radius_mm(), saw.thickness_mm)};
-}
-
 TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   TriangleMesh mesh;
   const double half = 0.5 * saw.thickness_mm;
@@ -160,6 +150,10 @@ std::vector<Vec3> SliceDisc(const Pose& X_ST, double R, double t) {
 
 }  // namespace
 
+DiscHub CalcHub(const DiscSaw& disc) {
+  return {0.22 * disc.radius_mm(), 0.5 * disc.thickness_mm + std::max(0.04 * disc.radius_mm(), disc.thickness_mm)};
+}
+
 ToolLooks ToolKind<DiscSaw>::MakeLooks(const DiscSaw& disc) {
   const double radius = disc.radius_mm();
   ToolLooks looks;
@@ -167,9 +161,9 @@ ToolLooks ToolKind<DiscSaw>::MakeLooks(const DiscSaw& disc) {
   looks.turning = CutTeethOff(looks.whole, disc);
   looks.blur = ToolBlur{radius - CalcGulletDepth(disc), radius, 0.5 * disc.thickness_mm};
   looks.guard = MakeGuard(disc);
-  const Hub hub = CalcHub(disc);
-  for (const Vec3& p : MakeCircle(hub.radius, 64)) {
-    for (const double z : {-hub.outer_z, hub.outer_z}) looks.hub.emplace_back(p.x, p.y, z);
+  const DiscHub hub = CalcHub(disc);
+  for (const Vec3& p : MakeCircle(hub.radius_mm, 64)) {
+    for (const double z : {-hub.outer_z_mm, hub.outer_z_mm}) looks.hub.emplace_back(p.x, p.y, z);
   }
   looks.outline = MakeCircle(radius, kRimCorners);
   return looks;

@@ -8,6 +8,8 @@
 namespace kerf {
 namespace {
 
+constexpr double kHolderInBone_mm = 0.05;  // a smaller depth is that of the grid
+
 void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
   warnings.insert(warnings.end(), more.begin(), more.end());
 }
@@ -31,6 +33,12 @@ std::vector<std::string> FindEffectWarnings(const EffectChoices& effects, const 
                       "loop' couples it to a handle",
                       figure.largest - limit_mm, what));
     };
+    if (column == "handpiece_depth_mm" && figure.largest > kHolderInBone_mm) {
+      warnings.push_back(
+          fmt::format("the path takes the hub, shank or handpiece into bone, by {:.2g} mm or more, which can't hold a "
+                      "tool that follows a path; 'kerf loop' couples it to a handle",
+                      figure.largest));
+    }
     if (column == "guide_deviation_mm") beyond("beyond the tolerance", guide->GetNumber("tolerance_mm"));
     if (column == "guide_depth_mm" && guide->GetNumber("depth_mm") > 0) {
       beyond("past the depth stop", guide->GetNumber("depth_mm"));

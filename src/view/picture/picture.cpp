@@ -23,6 +23,7 @@
 #include <optional>
 
 #include "cut/tool/looks.h"
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 #include "view/picture/axes.h"
 #include "view/picture/layout.h"

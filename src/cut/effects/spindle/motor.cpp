@@ -7,7 +7,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNever_s = std::numeric_limits<double>::infinity();
 
 /// Adds the terms for n = 0, 1, ... until they no longer change the sum, and returns it.
 template <typename Next>
@@ -51,7 +51,7 @@ struct SpeedRange {
   double torque_Nmm = 0;
   double slope_Nmms = 0;
   double lower = 0;
-  double upper = kInfinity;
+  double upper = kNever_s;
 };
 
 /// Returns the range next to the speed w >= 0: the one above it if `rising`, otherwise the one below. The direction of
@@ -62,9 +62,9 @@ SpeedRange FindSpeedRange(const Motor& motor, double set, double w, bool rising)
   const double drives_to = std::max(0.0, set);
   const double line_to = std::max(0.0, set + motor.no_load_rad_per_s);
   if (set > 0 && !is_above(drives_to)) return {slope * set, slope, 0, drives_to};
-  if (!motor.brakes) return {0, 0, drives_to, kInfinity};
+  if (!motor.brakes) return {0, 0, drives_to, kNever_s};
   if (!is_above(line_to)) return {slope * set, slope, drives_to, line_to};
-  return {-motor.stall_torque_Nmm, 0, line_to, kInfinity};
+  return {-motor.stall_torque_Nmm, 0, line_to, kNever_s};
 }
 
 }  // namespace
@@ -101,8 +101,8 @@ MotorRun RunMotor(const Motor& motor, double set, double load_Nmm, double hold_N
     const double B = (range.slope_Nmms + motor.viscous_Nmms) / J;
     // w(t) = from + c t Phi1(B t): time at which it reaches the end of the range.
     const double end = c > 0 ? range.upper : range.lower;
-    double t = kInfinity;
-    if (c != 0 && end < kInfinity) {
+    double t = kNever_s;
+    if (c != 0 && end < kNever_s) {
       const double fraction = B * (end - from) / c;  // fraction of the change to the steady speed
       if (fraction < 1) t = B > 0 ? -std::log1p(-fraction) / B : (end - from) / c;
     }
