@@ -231,7 +231,7 @@ def forces():
     ticks = simulation.run(kerf.line(first, (0, 0, -5), 1), rpm=-1000)
     sine = math.sin(math.radians(59))
     row("drill, 1 mm/s: force_N", ticks["force_z_N"][4500:].mean(),
-        2 / 0.5 * two_component(60 / 1000 / 2 * sine, 0.5) / (1 - getattr(drill, "chisel_share", 0)), 0.0057, "as for a disc")
+        2 / 0.5 * two_component(60 / 1000 / 2 * sine, 0.5) / (1 - drill.chisel_share), 0.0057, "as for a disc")
     # Blades on a path: each tooth bites what the teeth before have left of the floor while the feed is steady.
     for name, tool, rpm, radius, width, *blade in (
             ("reciprocating", kerf.ReciprocatingBlade(), 15000, 15, 0.4, 1.41, 3, 0, 6),
