@@ -152,7 +152,7 @@ void StepProblem::Clear() {
   solids.clear();
   frictions.clear();
   yields.clear();
-  reach_mm = 0;
+  limits = {};
 }
 
 double StepProblem::ToothForceAt(double speed, const ToothCut& cut) const {

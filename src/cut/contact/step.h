@@ -156,10 +156,12 @@ struct StepProblem {
   double cutting_share = 1;  // factor on the teeth's force, 0 to 1
   double flat_stiffness_N_per_mm = 0;
   double creep_mm_per_s = 0.02;  // friction sticks below: F = limit v / sqrt(v^2 + creep^2); also the yields' ramp
-  /// Points of an effect within `reach_mm` of C move by at most `largest_motion_mm` in a substep; reach 0: there are
-  /// none.
-  double reach_mm = 0;
-  double largest_motion_mm = 0;
+  /// Points of an effect within `reach_mm` of C move by at most `largest_mm` in a substep; reach 0: there are none.
+  struct MotionLimit {
+    double reach_mm = 0;
+    double largest_mm = 1;
+  };
+  std::array<MotionLimit, 2> limits;  // of points near bone, and of others
   std::vector<CuttingPoint> cutting;
   std::vector<FlatPoint> flats;
   std::vector<SolidPoint> solids;

@@ -183,9 +183,10 @@ double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double ti
     steps = std::max(steps, CountSteps(glm::length(v) * time_s + turned, bent, kStepVoxels * h));
     if (is_round) steps = std::max(steps, CountSteps(turned, bent, kAxialFraction * h));
   }
-  if (problem.reach_mm > 0) {
-    const double about_C = glm::length(Vec3(motion[0], motion[1], motion[2])) + glm::length(w) * problem.reach_mm;
-    steps = std::max(steps, about_C * time_s / problem.largest_motion_mm);
+  for (const StepProblem::MotionLimit& limit : problem.limits) {
+    if (!(limit.reach_mm > 0)) continue;
+    const double at_reach = glm::length(Vec3(motion[0], motion[1], motion[2])) + glm::length(w) * limit.reach_mm;
+    steps = std::max(steps, at_reach * time_s / limit.largest_mm);
   }
   return steps > 1 ? 1 / steps : 1;
 }

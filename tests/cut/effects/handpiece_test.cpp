@@ -129,6 +129,40 @@ TEST(Handpiece, IsNeverPushedThroughAWallHoweverTheHandJumps) {
   }
 }
 
+TEST(Handpiece, RubsWithCoulombsFriction) {
+  const HolderWall wall(0.7);
+  CoupledParams params = MakeHolderParams();
+  params.coupling.p_TC_mm = wall.widest.middle_T;
+  SetEffect(params.effects, "handpiece", "friction", 0.3);
+  HeldByWall tool(wall.bone, params);
+  const CoupledOutput pressed = tool.Hold(HolderAt({5.7, 0, 0}));
+  // It sticks, but for creep at 0.02 mm/s at most and a turn by the torque about z, up to 0.3 times the force; then it
+  // slides.
+  CoupledOutput out = tool.Hold(HolderAt({5.7, 0.5 * 0.3 * 5, 0}), 100);
+  EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.01);
+  for (int i = 0; i < 500; ++i) out = tool.Hold(HolderAt({5.7, 0.75 + 0.005 * i, 0}), 1);
+  EXPECT_GT(out.X_WT.p_AB.y, 1);
+  EXPECT_NEAR(out.f_H_W_N.y, 0.3 * pressed.f_H_W_N.x, 0.01);
+  EXPECT_NEAR(out.f_H_W_N.x, pressed.f_H_W_N.x, 0.01);
+}
+
+TEST(Handpiece, IsNotTurnedThroughAThinPlate) {
+  const BallBurr burr;
+  const HolderSection widest = FindWidest(burr);
+  const double z = widest.middle_T.z, gap_mm = 1;
+  const Bone plate = test::MakeBox({{1, 0, 0, 0}, {widest.radius_mm + gap_mm + 0.5, 0, z}}, {1, 20, 30}, 0.2);
+  CoupledParams params = MakeHolderParams(burr);
+  params.coupling.stiffness_N_per_mm = 1000;  // the ball stays in its place
+  HeldByWall tool(plate, params);
+  // The hand turns the burr by 0.4 rad about the ball in one tick, which moves the handle by 20 mm.
+  const CoupledOutput out = tool.Hold(HolderAt({}, 0.4), 300);
+  const double turned_rad = 2 * std::asin(out.X_WT.R_AB.y);
+  // It stops at the plate, the sooner the further it is from the ball.
+  EXPECT_GT(turned_rad, 0.5 * gap_mm / z);
+  EXPECT_LT(turned_rad, 1.5 * gap_mm / z);
+  EXPECT_NEAR(out.tau_H_W_Nmm.y, -5000 * (0.4 - turned_rad), 1);
+}
+
 TEST(Handpiece, ADiscStopsAtItsHub) {
   const DiscSaw saw{.thickness_mm = 0.5};
   const DiscHub hub = CalcHub(saw);

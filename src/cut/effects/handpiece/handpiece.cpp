@@ -67,8 +67,7 @@ class HandpieceEffect final : public Effect {
     const std::span<const HolderPoints::Found> found = points_.Find(probe, kHolderReachVoxels * field_.voxel_mm());
     for (const HolderPoints::Found& f : found) deepest_mm_ = std::max(deepest_mm_, -f.distance_mm);
     if (!in_hand_) return;
-    problem.reach_mm = points_.CalcNearReach(p_TC_);
-    problem.largest_motion_mm = kHolderStepVoxels * field_.voxel_mm();
+    problem.limits = points_.CalcLimits(p_TC_, kHolderStepVoxels * field_.voxel_mm());
     if (found.empty() && count_ == 0) return;
     Choose(found);
     AddSprings(step, probe, problem);

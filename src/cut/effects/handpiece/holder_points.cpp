@@ -107,6 +107,7 @@ void HolderPoints::Seek(Part& part) {
   const double near_mm = part.radius_mm + margin_mm_;
   const double clear_mm = tree_.FindNearest(X_FT_.Point(part.centre_T), near_mm + kPartFar_mm).distance_mm - near_mm;
   part.near = !(clear_mm > 0);
+  part.clear_mm = clear_mm;
   part.until_mm = travelled_mm_ + (part.near ? step_mm_ : clear_mm);
 }
 
@@ -152,12 +153,16 @@ std::span<const HolderPoints::Found> HolderPoints::Find(const Probe& probe, doub
   return found_;
 }
 
-double HolderPoints::CalcNearReach(const Vec3& p_T) const {
-  double reach_mm = 0;
-  for (const Part& part : parts_) {
-    if (part.near) reach_mm = std::max(reach_mm, glm::length(part.centre_T - p_T) + part.radius_mm);
+std::array<StepProblem::MotionLimit, 2> HolderPoints::CalcLimits(const Vec3& p_TC_mm, double step_mm) {
+  StepProblem::MotionLimit near{0, step_mm}, far{0, kPartFar_mm};
+  for (Part& part : parts_) {
+    // The bound is renewed so often that it is at least half of the distance.
+    if (!part.near && part.until_mm - travelled_mm_ < 0.5 * part.clear_mm) Seek(part);
+    StepProblem::MotionLimit& limit = part.near ? near : far;
+    limit.reach_mm = std::max(limit.reach_mm, glm::length(part.centre_T - p_TC_mm) + part.radius_mm);
+    if (!part.near) far.largest_mm = std::min(far.largest_mm, std::max(part.until_mm - travelled_mm_, step_mm));
   }
-  return reach_mm;
+  return {near, far};
 }
 
 void HolderPoints::Forget() {

@@ -1,12 +1,14 @@
 // Points on the solids that hold a tool, and which of them are in or near bone.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 #include "bone/grid/field.h"
 #include "cut/contact/probe.h"
+#include "cut/contact/step.h"
 #include "cut/proximity/box_tree.h"
 #include "cut/tool/handpiece.h"
 #include "kerf/geometry.h"
@@ -43,9 +45,10 @@ class HolderPoints {
   /// Returns the points that are at most `reach_mm` from bone, in their order; at most a voxel. Valid until the next
   /// call.
   std::span<const Found> Find(const Probe& probe, double reach_mm);
-  /// Returns the largest distance from a point of the tool, tool frame, of any part near bone at the last Find(), mm; 0
-  /// if there is none.
-  double CalcNearReach(const Vec3& p_T) const;
+  /// Returns how far points may move before the next Find(), after the last one: those near bone by `step_mm`, others
+  /// by their distance from it, and at least by `step_mm`, at most half a voxel. `p_TC_mm`: the limits' point C, tool
+  /// frame.
+  std::array<StepProblem::MotionLimit, 2> CalcLimits(const Vec3& p_TC_mm, double step_mm);
   /// Discards what is known of distances: after bone has been restored.
   void Forget();
 
@@ -58,6 +61,7 @@ class HolderPoints {
     Vec3 centre_T{0};
     double radius_mm = 0;
     double until_mm = 0;  // travel at which it may be near bone, or is sought again
+    double clear_mm = 0;  // free travel when it was last sought
     bool near = true;
   };
   void AddBody(const HolderBody& body, double spacing_mm);
