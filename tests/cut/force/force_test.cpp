@@ -85,7 +85,7 @@ TEST(Force, ParametersOutOfRangeAreRefused) {
       }
     }
   }
-  ForceLaw law;
+  ForceLaw law("hertz_chip");
   law.Set("contact_radius_mm", -1);
   EXPECT_EQ(test::MessageOf([&] { MakeToothForce(law, kSaw); }),
             "contact_radius_mm = -1 is below 0; valid range 0 to 1000 mm");
@@ -93,8 +93,8 @@ TEST(Force, ParametersOutOfRangeAreRefused) {
 
 TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
   EXPECT_EQ(test::MessageOf([] { ForceLaw("herz_chip"); }),
-            "there is no force law \"herz_chip\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip, "
-            "two_component, tabulated");
+            "there is no force law \"herz_chip\"; available: two_component, hertz_chip, hertz_constant_bite, "
+            "edge_plus_chip, tabulated");
   EXPECT_EQ(test::MessageOf([] { ForceLaw("hertz_chip").Set("edge_N_per_mm", 1); }),
             "the force law hertz_chip has no parameter edge_N_per_mm; it has contact_radius_mm");
 }

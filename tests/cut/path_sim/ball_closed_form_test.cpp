@@ -18,6 +18,7 @@ SimulationParams BallParams() {
   BallBurr ball;
   ball.diameter_mm = 4;
   params.tool = ball;
+  params.law = ForceLaw("hertz_chip");
   return params;
 }
 
@@ -73,7 +74,7 @@ TEST(BallClosedForm, ForceInASlotIsTheIntegralOverTheQuarterThatMovesIntoBone) {
   const auto power = [](double p) { return std::beta(0.5 * (p + 1), 0.5); };  // integral of cos^p from -pi/2 to pi/2
   const double E_star = CalcReducedModulus(ball.E_MPa, ball.nu, 19300, 0.28);
   const double bite = kFeed / (ball.flutes * 7500.0 / 60);
-  const double tooth = MakeToothForce(ForceLaw(), ball)(bite, Cortical(E_star));
+  const double tooth = MakeToothForce(ForceLaw("hertz_chip"), ball)(bite, Cortical(E_star));
   const double density = ball.flutes * ball.radius_mm() / (2 * std::numbers::pi * ball.tooth_width_mm);
   const double along = density * tooth * 0.5 * power(2.5) * power(2.5);
   const double up = density * tooth * power(1.5) / 2.5;

@@ -26,7 +26,7 @@ Bone MakePlate(double E_24_MPa, double E_32_MPa, double nu_24 = 0.28, double nu_
 
 std::vector<TickOutput> Plunge(const Bone& bone) {
   const double R = kSaw.radius_mm();
-  Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 3.1 + R}));
+  Simulation simulation(bone, {.law = ForceLaw("hertz_chip")}, DiscPose(Pose{}, {0, 0, 3.1 + R}));
   return Stroke(simulation, Pose{}, {0, 0, 3.1 + R}, {0, 0, -2.5 + R}, 20);
 }
 

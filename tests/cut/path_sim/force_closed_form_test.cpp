@@ -167,6 +167,7 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
   saw.diameter_mm = 200;
   saw.teeth = 200;
   params.tool = saw;
+  params.law = ForceLaw("hertz_chip");
   params.law.Set("contact_radius_mm", 11);
   const double R = saw.radius_mm();
   Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.5 + R}));

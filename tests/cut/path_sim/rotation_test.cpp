@@ -47,6 +47,7 @@ TEST(Rotation, TurnedBurCutsWithTheSpeedOfEachHeightOfItsSide) {
   bur.diameter_mm = 2;
   SimulationParams params;
   params.tool = bur;
+  params.law = ForceLaw("hertz_chip");
   params.rim_samples_per_pitch = 128;
   constexpr double kLow_mm = 1, kHigh_mm = 4, kSpeed_mm_per_s = 2, kTurn_rad_per_s = 0.8, kPlateTolerance = 0.025;
   for (const std::size_t n : {0u, 5u, 7u}) {
@@ -94,6 +95,7 @@ TEST(Rotation, BladeTurnedInItsPlaneCutsWithTheSpeedOfEachPlaceOfItsEdge) {
   blade.length_mm = 16;
   SimulationParams params;
   params.tool = blade;
+  params.law = ForceLaw("hertz_chip");
   constexpr double kNear_mm = 0.5, kFar_mm = 4.5, kSpeed_mm_per_s = 2, kTurn_rad_per_s = 0.8, kBlockTolerance = 0.025;
   for (const std::size_t n : {0u, 5u, 7u}) {
     const Pose X_WT = test::BlockPoses(0.1)[n];

@@ -27,6 +27,7 @@ RoundCut MoveRound(const Tool& tool, const Pose& X_WB, Bone bone, const Vec3& st
   const double before = bone.CalcVolume();
   SimulationParams params;
   params.tool = tool;
+  params.law = ForceLaw("hertz_chip");
   const auto pose = [&](double t) { return Pose{X_WB.R_AB, X_WB.Point(start_B + t * (end_B - start_B))}; };
   Simulation simulation(std::move(bone), params, pose(0));
   const int ticks = static_cast<int>(glm::distance(start_B, end_B) / 0.01);
@@ -53,7 +54,7 @@ RoundCut MoveRound(const Tool& tool, const Pose& X_WB, double voxel_mm, const Ve
 /// Returns the force of one tooth at a bite.
 double ToothForceOf(const Tool& tool, double bite_mm) {
   const double E_star = CalcReducedModulus(CalcModulus(tool), CalcPoissonRatio(tool), 19300, 0.28);
-  return MakeToothForce(ForceLaw(), tool)(bite_mm, Cortical(E_star));
+  return MakeToothForce(ForceLaw("hertz_chip"), tool)(bite_mm, Cortical(E_star));
 }
 
 TEST(RoundClosedForm, ForceOnABurInAGrooveIsTheIntegralOverItsLeadingHalf) {

@@ -261,7 +261,8 @@ TEST(Uncertain, QuantityWithoutEffectIsNotDrawn) {
 
 TEST(Uncertain, EstimatedRegionsOfOneTissueShareOneFraction) {
   const test::Folder folder;
-  const Scene scene = ParseWithTable(folder, "[material]\nosteon_direction = [0.0, 0.0, 2.0]\n");
+  const Scene scene =
+      ParseWithTable(folder, "[material]\nosteon_direction = [0.0, 0.0, 2.0]\n[force]\nlaw = \"hertz_chip\"\n");
   MaterialSummary material;
   const Bone bone = MakeSceneBone(scene, nullptr, &material);
   const Drawing drawing = FindDrawing(scene, bone, material.ct_regions);
@@ -305,7 +306,7 @@ TEST(Uncertain, FactorOfCancellousBoneIsDrawnFromItsRatioToCorticalBone) {
 
 TEST(Uncertain, UniformMaterialIsNotDrawn) {
   const test::Folder folder;
-  const Scene scene = ParseWithTable(folder, "[material]\nkind = \"uniform\"\n");
+  const Scene scene = ParseWithTable(folder, "[material]\nkind = \"uniform\"\n[force]\nlaw = \"hertz_chip\"\n");
   EXPECT_THAT(test::MessageOf([&] { RunWith(scene, {}); }),
               testing::AllOf(HasSubstr("nothing to draw"), HasSubstr("one E for the whole bone")));
 }
