@@ -109,7 +109,7 @@ TEST(ExportOrder, GermanReportIsGerman) {
   EXPECT_THAT(report, HasSubstr("etwa 0,31 mm: Sie liegt im Mittel 0,05 mm zu weit außen und schwankt um 0,20 mm"));
   EXPECT_THAT(report, HasSubstr("feine Scheibe 16 mm: Scheibe 16 x 0,2 mm, 40 Zähne"));
   EXPECT_THAT(report, HasSubstr("Abstand 1"));
-  EXPECT_THAT(report, HasSubstr("wächst mit der Schnitttiefe"));
+  EXPECT_THAT(report, HasSubstr("jede mit einem Anteil der Schneide"));
   EXPECT_THAT(exported.measures, HasSubstr("distance 1")) << "files for programs are the same in all languages";
 }
 

@@ -36,6 +36,7 @@ void TurnOn(EffectChoices& effects, double stall_torque_Nmm = 300) {
 
 CoupledParams Params(double stall_torque_Nmm = 300) {
   CoupledParams params = test::DiscParams();
+  params.law = ForceLaw("hertz_chip");
   TurnOn(params.effects, stall_torque_Nmm);
   return params;
 }
@@ -96,6 +97,7 @@ struct Slot {
       : simulation(test::MakeBox(Pose{}, {60, 3, 10}, voxel_mm), MakeParams(stall_torque_Nmm), At(-42)) {}
   static SimulationParams MakeParams(double stall_torque_Nmm) {
     SimulationParams params;
+    params.law = ForceLaw("hertz_chip");
     TurnOn(params.effects, stall_torque_Nmm);
     return params;
   }

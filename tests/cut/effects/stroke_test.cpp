@@ -221,6 +221,7 @@ TEST(StrokeEffects, SpindleSlowsDownByTheClosedFormAtConstantLoad) {
 TEST(StrokeEffects, OverloadedStrokeStallsInAHandAndStartsAgainWhenRelieved) {
   CoupledParams params;
   params.tool = SawingBlade();
+  params.law = ForceLaw("hertz_chip");
   params.effects = Tangential();
   SetEffect(params.effects, "spindle", "stall_torque_Nmm", 12.0);  // 7 N mm above its friction
   params.coupling.max_force_N = 50;

@@ -125,7 +125,7 @@ TEST(TangentialForce, LeavesBoneAndMotionOnAPathUnchanged) {
 
 /// The objects that a step needs, so that it can be tested without a simulation.
 struct Parts {
-  explicit Parts(const Tool& the_tool, const Vec3& p_TC_mm, const ForceLaw& the_law = ForceLaw())
+  explicit Parts(const Tool& the_tool, const Vec3& p_TC_mm, const ForceLaw& the_law = ForceLaw("hertz_chip"))
       : tool(the_tool),
         law(MakeToothForce(the_law, the_tool)),
         bone(test::MakeBox(Pose{}, {4, 4, 4}, 0.5)),
@@ -220,6 +220,7 @@ TEST(TangentialForce, OfAPushedSawIsProportionalToItsThrust) {
   // A stiff coupling moves the tool down into the block. The tool cannot move sideways, so the hand feels the full
   // force.
   CoupledParams params = MakeTangentialParams(1.6);
+  params.law = ForceLaw("hertz_chip");
   params.coupling.stiffness_N_per_mm = 50;
   params.coupling.torsion_Nmm_per_rad = 1e6;
   for (const double rpm : {7500.0, -7500.0}) {

@@ -44,6 +44,7 @@ class Cut {
   }
   static SimulationParams Params(double runout_um, double set_share, int teeth, double smoothing_ms, int samples) {
     SimulationParams params;
+    params.law = ForceLaw("hertz_chip");
     params.rim_samples_per_pitch = samples;
     DiscSaw saw;
     saw.teeth = teeth;

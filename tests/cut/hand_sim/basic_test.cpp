@@ -92,13 +92,17 @@ TEST(CoupledInput, RotationThatIsOneLongOnlyToTheTolerancesIsThatOfItsDirection)
 TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
   // A disc that is lowered straight down: each point of the arc has the bite v cos(phi) / f, and the sum of the tooth
   // forces along the feed equals the push. The sum is integrated over the engaged arc at the tool's depth.
-  for (const double push_N : {1.0, 5.0, 20.0}) {
+  const std::pair<const char*, double> pushes[] = {{"hertz_chip", 1},    {"hertz_chip", 5},    {"hertz_chip", 20},
+                                                   {"two_component", 1}, {"two_component", 3}, {"two_component", 5}};
+  for (const auto& [law, push_N] : pushes) {
     const Bone bone = test::MakeBox(Pose{}, {30, 2, 8}, 0.1);
     const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR + 0.05});
-    CoupledSimulation simulation(bone, DiscParams(), start);
+    CoupledParams params = DiscParams();
+    params.law = ForceLaw(law);
+    CoupledSimulation simulation(bone, params, start);
     PushingHand hand(simulation, start);
     double z = start.p_AB.z;
-    const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
+    const ToothForce force = MakeToothForce(params.law, Tool(kSaw));
     const double E_star = CalcReducedModulus(kSaw.E_MPa, kSaw.nu, 19300, 0.28);
     int checked = 0;
     for (int i = 0; i < 2000 && z > 4 + kR - 3; ++i) {
@@ -116,7 +120,7 @@ TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
       }
       // The engaged arc is known to a sixteenth of the spacing of the samples at each end, 0.02 mm of 9.5 mm, and the
       // look-ahead lengthens it by 0.5 % at 1 mm depth.
-      EXPECT_NEAR(along_N / out.f_H_W_N.z, 1, 0.01);
+      EXPECT_NEAR(along_N / out.f_H_W_N.z, 1, 0.01) << law << " " << push_N;
       // The hand sets the coupling's stretch; only the tool's feed in this tick reduces it.
       EXPECT_NEAR(out.f_H_W_N.z, push_N - feed * 0.001, 1e-6 * push_N);
       EXPECT_EQ(out.substeps, 1);

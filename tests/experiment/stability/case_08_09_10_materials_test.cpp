@@ -80,7 +80,7 @@ TEST(HardCase08, ForceAcrossAMaterialStepFollowsTheArcInEachMaterial) {
       params.rim_samples_per_pitch = samples;
       WatchedPath path(bone, params, DiscPose({}, {-14, 0, z}));
       for (double x = -14; x < -9; x += 0.1) path.Tick(DiscPose({}, {x, 0, z}));
-      const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
+      const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), Tool(kSaw));
       const double bite = feed / (kSaw.teeth * 125);
       const double full = CalcSlotThrust(force, -20, depth, bite, 19300, 19300 / ratio);
       double last = full, last_form = full;
@@ -168,7 +168,7 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
       return std::max({q.x, q.y, q.z}) < half;
     };
     const Bone bone = MakeTwoRegions({22, 2, 8}, h, 19300, 200000, grain);
-    WatchedPath path(bone, {}, DiscPose({}, {0, 0, 4 + kR - 1}));
+    WatchedPath path(bone, {.law = ForceLaw("hertz_chip")}, DiscPose({}, {0, 0, 4 + kR - 1}));
     double bump = 0;
     for (int i = 1; i <= 200; ++i) {
       const double thrust = path.Tick(DiscPose({}, {0, 0, 4 + kR - 1 - 0.01 * i})).thrust_sum_N;
@@ -180,7 +180,7 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
   }
   // The bound is the grain's part of the arc (its length plus half a voxel on either side) times the increase of a
   // tooth's force with E*.
-  const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
+  const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), Tool(kSaw));
   const double bite = 10.0 / (kSaw.teeth * 125);
   const double tooth = force(bite, Cortical(CalcEStar(200000))) - force(bite, Cortical(CalcEStar(19300)));
   for (int n = 1; n < 4; ++n) {
@@ -244,7 +244,7 @@ TEST(HardCase09, InvalidMaterialIsRefusedWithAMessage) {
 }
 
 /// Returns the thrust in the middle of a plunge at 4 mm/s.
-double PlungeThrust(double E_MPa, double nu, const ForceLaw& law = ForceLaw()) {
+double PlungeThrust(double E_MPa, double nu, const ForceLaw& law = ForceLaw("hertz_chip")) {
   static const Bone block = MakeBox({}, {22, 2, 8}, 0.2);
   Bone bone = block;
   bone.set_materials(OneRegionTable(24, E_MPa, nu));
@@ -261,7 +261,7 @@ TEST(HardCase09, ForceFollowsTheReducedModulusFromOneMegapascalUp) {
   double worst = 0;
   double last = 0;
   const double reference = PlungeThrust(19300, 0.28);
-  const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
+  const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), Tool(kSaw));
   const double bite = 4.0 / (kSaw.teeth * 125);
   // The moduli range from 1e-3 to 1e6 GPa.
   for (const double E : {1.0, 10.0, 1e3, 19300.0, 2e5, 1e6, 1e7, 1e9}) {
@@ -289,7 +289,7 @@ TEST(HardCase09, ForceIsContinuousInPoissonsRatioUpToOneHalf) {
   double largest = 0;
   double last = PlungeThrust(19300, 0);
   double worst = 0;
-  const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
+  const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), Tool(kSaw));
   const double bite = 4.0 / (kSaw.teeth * 125);
   const double first = last;
   for (const double nu : {1e-12, 0.1, 0.25, 0.49, 0.499999, 0.5 - 1e-12, 0.5}) {

@@ -76,7 +76,7 @@ struct Cutting {
     push.push_W_N = Vec3(0, 0, -5);
     push.yield_s = 0.5;
     saw.device.SetScript(IntentionScript(saw.start, {push}));
-    for (int i = 0; i < 1500; ++i) Step();
+    for (int i = 0; i < 900; ++i) Step();
   }
   const HapticTick& Step() {
     out = saw.step.Step(device, {.dt_s = test::kDt_s, .rpm = 7500});

@@ -111,7 +111,7 @@ TEST(HardCase32, AllTeethEngagingAtOnceCauseNoJump) {
     const double step_mm = speed * 0.001;
     CoupledSimulation simulation(bone, params, {Quat(1, 0, 0, 0), Vec3(0, 0, 1)});
     CoupledOutput last;
-    for (int i = 1; i < 200; ++i) {
+    for (int i = 1; i < 200 && step_mm * i < 4.5; ++i) {  // up to 2 mm aside, in the plate
       const double down = step_mm * i;
       const Vec3 p(std::max(0.0, down - 2.5), 0, std::max(-1.5, 1 - down));
       const CoupledOutput out = simulation.Tick(Handle({Quat(1, 0, 0, 0), p}));

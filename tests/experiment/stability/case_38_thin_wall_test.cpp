@@ -170,7 +170,9 @@ TEST(Extremes, SingleVoxelsInTheWayOfAPlungeAreHardlyFelt) {
     const Bone bone =
         MakeBone(field, Box3{{-15, -5, -7}, {15, 5, 13}}, {kThinWallVoxel, kThinWallVoxel, {}}, test::OneRegionTable());
     const double from = 11.5 + kR;
-    CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {0, 0, from}));
+    CoupledParams params = test::DiscParams();
+    params.law = ForceLaw("hertz_chip");
+    CoupledSimulation simulation(bone, params, DiscPose(Pose{}, {0, 0, from}));
     for (int i = 0; i < 2600; ++i) {
       const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, from - 0.004 * i})));
       f[dusty].push_back(out.f_H_W_N);

@@ -107,6 +107,7 @@ TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
+  params.law = ForceLaw("hertz_chip");  // depends on E
   CoupledSimulation simulation(MakeBlockOfBone(0.01), params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   double z = 4 + kR + 0.05;
   for (int i = 0; i < 40; ++i) {
@@ -133,6 +134,7 @@ TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
+  params.law = ForceLaw("hertz_chip");  // depends on E
   CoupledSimulation simulation(MakeBlockOfBone(0.01), params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   const double z = 4 + kR - 0.3;
   CoupledOutput out;

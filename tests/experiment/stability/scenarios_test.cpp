@@ -63,6 +63,7 @@ StabilitySubject MakeSawnSubject(const Tool& blade) {
 /// Returns the block with a disc that feels almost no force of the bone.
 StabilitySubject MakeFastSubject() {
   StabilitySubject subject = MakeListedSubject();
+  subject.setup.coupled.law = ForceLaw("hertz_chip");
   subject.setup.coupled.law.Set("contact_radius_mm", 1e-4);
   return subject;
 }
@@ -150,7 +151,8 @@ TEST(Scenarios, FeedForceIsKnownForAToolThatNeedsLittleForce) {
   const ToothForce law = MakeToothForce(insert.setup.coupled.law, insert.setup.coupled.tool);
   const Region& bone = insert.bone.materials().regions().begin()->second;
   const PiezoInsert steel;
-  const ToothCut cut{.E_star_MPa = CalcReducedModulus(steel.E_MPa, steel.nu, bone.E_MPa, bone.nu)};
+  const ToothCut cut =
+      MakeToothCut(bone.E_MPa, CalcReducedModulus(steel.E_MPa, steel.nu, bone.E_MPa, bone.nu), bone.tissue);
   const double bite_mm = 0.5 * kFastFeed_mm_per_s * 60 / insert.rpm;
   const std::optional<double> force_N = FindFeedForce_N(insert);
   ASSERT_TRUE(force_N);

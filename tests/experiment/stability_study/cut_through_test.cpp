@@ -17,11 +17,11 @@ namespace {
 /// Returns a subject with a block of cancellous bone, 12 mm high by default. At 5 N the disc is through in 2.4 s,
 /// during the scenario cut_5N. `cortex_mm`: thickness of the top layer, which is cortical bone.
 StabilitySubject MakeSubject(double height_mm = 12, double cortex_mm = 0) {
-  const Scene scene =
-      ParseScene(test::BlockToml({16, 6, height_mm}, 0.25) + (cortex_mm > 0 ? test::LayerToml(cortex_mm, 24) : "") +
-                     test::LayerToml(height_mm - cortex_mm, 32) + "[tool]\nrpm = 7500.0\n" +
-                     test::StrokeToml({0, 0, 12}, {0, 0, -8}, 3, {0, 1, 0}) + "[coupling]\n",
-                 "s.toml");
+  const Scene scene = ParseScene(
+      test::BlockToml({16, 6, height_mm}, 0.25) + (cortex_mm > 0 ? test::LayerToml(cortex_mm, 24) : "") +
+          test::LayerToml(height_mm - cortex_mm, 32) + "[tool]\nrpm = 7500.0\n" +
+          test::StrokeToml({0, 0, 12}, {0, 0, -8}, 3, {0, 1, 0}) + "[coupling]\n[force]\nlaw = \"hertz_chip\"\n",
+      "s.toml");
   const Bone bone = MakeSceneBone(scene, {});
   return MakeStabilitySubject(scene, MakeLoopSetup(scene), bone, FindFirstTouch(scene, bone));
 }

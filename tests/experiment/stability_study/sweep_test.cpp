@@ -124,7 +124,7 @@ TEST(SweepRows, ReportTheOutcomeOfACase) {
 
 // With a cutting force of five times the thrust, the saw would drive itself around the bone.
 TEST(SweepRows, RatioBelowTheRangeIsRefusedAndTheMinimumDoesNotFail) {
-  const Scene scene = MakeScene("[effects.tangential_force]\n");
+  const Scene scene = MakeScene("[force]\nlaw = \"hertz_chip\"\n[effects.tangential_force]\n");
   const SweepRow below = Try(scene, {{"effects.tangential_force.ratio", 0.2}});
   EXPECT_EQ(below.verdict, SweepVerdict::kRefused);
   EXPECT_THAT(below.reason, HasSubstr("ratio"));

@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 const std::string kFitPlunge = test::MakeBlockScene({6.2, 5.2, 20});
 
 Scene ParseWithForce(const std::string& force) {
-  return ParseScene(kFitPlunge + force, "scene.toml");
+  return ParseScene(kFitPlunge + "[material]\nkind = \"uniform\"\n" + force, "scene.toml");
 }
 
 /// Returns a fit of edge_plus_chip in which only the edge term was fitted, to `value`.

@@ -203,7 +203,8 @@ TEST(Runs, TickByTickOrAtOnceGiveTheSameBits) {
 
 TEST(TickWarnings, OfTicksOnesOwnAreThoseOfTheRun) {
   // 20 mm/s are too fast for the law, and 0.25 mm are too thin for the voxels.
-  const SceneFile scene = SceneFile::Parse(kScene).With("tool", "thickness_mm", "0.25");
+  const SceneFile scene =
+      SceneFile::Parse(kScene).With("tool", "thickness_mm", "0.25").With("force", "law", "\"hertz_chip\"");
   const std::vector<PathStep> steps = scene.ListPathSteps();
   const Bone bone = scene.MakeBone();
   Simulation simulation(bone, scene.MakeSimulationParams(), steps.front().X_WT);

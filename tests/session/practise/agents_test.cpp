@@ -158,6 +158,7 @@ TEST_F(Agents, TotalDecreasesWithReactionTimeAndForceAtBreakthrough) {
 
 TEST_F(Agents, BurCutsAGrooveForFullMarks) {
   Scene scene = test::MakeSmallExercise("groove");
+  scene.force = ForceLaw("hertz_chip");
   scene.tool.shape = FissureBur{.diameter_mm = 2.1, .length_mm = 8};
   scene.tool.rpm = 30000;
   scene.exercise.feed_mm_per_s = 1;
@@ -179,6 +180,7 @@ TEST_F(Agents, BurCutsAGrooveForFullMarks) {
 
 TEST_F(Agents, DrillsHolesAndEachErrorLowersItsMeasure) {
   Scene scene = test::MakeSmallExercise("bicortical");
+  scene.force = ForceLaw("hertz_chip");
   scene.tool.shape = TwistDrill{.diameter_mm = 1.5, .length_mm = 12};
   scene.tool.rpm = 5000;
   scene.coupling.params.stiffness_N_per_mm = 8;
@@ -224,6 +226,7 @@ TEST_F(Agents, DrillsHolesAndEachErrorLowersItsMeasure) {
 
 TEST_F(Agents, BladesWithAStrokePlungeAlongTheLineAndATiltLowersItsMeasure) {
   Scene scene = test::MakeSmallExercise("groove");
+  scene.force = ForceLaw("hertz_chip");
   scene.tool.rpm = 15000;
   scene.exercise.feed_mm_per_s = 1;
   scene.exercise.margin_mm = 1;

@@ -26,7 +26,8 @@ namespace {
 std::string SlotScene(double feed_mm_per_s, const std::string& more) {
   return test::BlockToml({24, 2, 6}, 0.1) + "[material]\nkind = \"uniform\"\n" +
          test::StrokeToml({-19, 0, 9}, {19, 0, 9}, feed_mm_per_s, {0, 1, 0}) +
-         "[output]\npictures = false\nbone = false\npieces = false\n" + more;
+         "[output]\npictures = false\nbone = false\npieces = false\n" + more +
+         (more.find("[force]") == std::string::npos ? "[force]\nlaw = \"hertz_chip\"\n" : "");
 }
 
 class CuttingEnergyRun : public test::ResultFolderTest {

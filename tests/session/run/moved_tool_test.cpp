@@ -57,7 +57,7 @@ class MovedTool : public ::testing::Test {
  protected:
   static Scene MakeScene(double start_mm = 6.5) {
     return ParseScene(test::kBarToml + test::StrokeToml({0, 0, start_mm}, {0, 0, start_mm - 1}, 3, {1, 0, 0}) +
-                          "[hand]\nmodel = \"H4\"\n[device]\nprofile = \"omega_6\"\n",
+                          "[hand]\nmodel = \"H4\"\n[device]\nprofile = \"omega_6\"\n[force]\nlaw = \"hertz_chip\"\n",
                       "/tmp/s.toml");
   }
 

@@ -354,7 +354,7 @@ struct HandAtRest final : HandDriver {
 // A recording in which another hand held the handle 12 mm above the path's start: the scene's hand takes kJoin_s for
 // that way. Twice the mean speed allows for the hand's spring, and the encoder adds a step.
 TEST_F(Replays, HandContinuesWhereAnotherHandWas) {
-  const Scene scene = MakeScene(test::kThroughBarToml);
+  const Scene scene = MakeScene(test::kThroughBarToml, "[force]\nlaw = \"hertz_chip\"\n");
   const Pose X_start = MakePath(scene).CalcPose(0, 0);
   LoopOptions options = Record("other.kerf", 0.5);
   options.driver.make_hand = [&](SimulatedDevice& device, const LoopSetup&, const Vec3&, double) {

@@ -112,7 +112,9 @@ TEST_F(Run, WarnsOfAWallThinnerThanAVoxel) {
 TEST_F(Run, WritesSound) {
   // The disc moves down from 0.5 mm above the bone. The sound is that of the idle saw first, and louder in the cut.
   const Scene scene = ParseScene(
-      kRunScene + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n", "scene.toml");
+      kRunScene +
+          "[output]\npictures = false\nbone = false\npieces = false\n[force]\nlaw = \"hertz_chip\"\n[effects.sound]\n",
+      "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   EXPECT_NE(std::find(summary.files.begin(), summary.files.end(), "sound.wav"), summary.files.end());
   SF_INFO info{};

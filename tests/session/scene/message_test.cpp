@@ -78,10 +78,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "s.toml:10:2: slab mode requires a disc, but [tool] shape is \"ball\""},
         Mistake{"KeyOfAnotherLaw", test::ShortScene() + "[force]\ncontact_share_of_pitch = 0.02\n",
                 "s.toml:9:1: contact_share_of_pitch is not used: it belongs to hertz_constant_bite and the law is "
-                "hertz_chip; remove it"},
+                "two_component; remove it"},
         Mistake{"UnknownLaw", test::ShortScene() + "[force]\nedge_N_per_mm = 3\nlaw = \"edge\"\n",
-                "s.toml:10:1: law = \"edge\" is unknown; it must be \"hertz_chip\" or \"hertz_constant_bite\" or "
-                "\"edge_plus_chip\" or \"two_component\" or \"tabulated\""},
+                "s.toml:10:1: law = \"edge\" is unknown; it must be \"two_component\" or \"hertz_chip\" or "
+                "\"hertz_constant_bite\" or \"edge_plus_chip\" or \"tabulated\""},
         Mistake{"RatioOfALawWithCuttingForce",
                 test::ShortScene() + "[force]\nlaw = \"two_component\"\n[effects.tangential_force]\nratio = 1.6\n",
                 "s.toml:11:1: ratio is not used: the law two_component states the cutting force; remove it"},
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"TableOfAnotherLaw", test::ShortScene() + "[force]\nlaw = \"two_component\"\nfile = \"t.csv\"\n",
                 "s.toml:10:1: file is not used: the law two_component reads no table; remove it"},
         Mistake{"RowOfAnotherLaw", test::ShortScene() + "[[force.row]]\ntissue = \"tooth\"\n",
-                "s.toml:8:9: row is not used: the law hertz_chip reads no table; remove it"},
+                "s.toml:8:9: row is not used: the law two_component reads no table; remove it"},
         Mistake{"RowsOutOfOrder",
                 test::ShortScene() + "[force]\nlaw = \"tabulated\"\n" + ForceRow(2, 5) + ForceRow(1, 6),
                 "s.toml:16:1: the bites of cortical must increase from row to row, by at least 1 %"},

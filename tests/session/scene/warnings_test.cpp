@@ -49,6 +49,7 @@ TEST(Doubts, BiteIsCheckedAgainstTheChosenLawsRange) {
 TEST(Doubts, FollowTheTableAndTheLaw) {
   Scene scene = ParseScene(test::ShortScene() + "[material]\nosteon_direction = [1, 0, 0]\n", "s.toml");
   scene.path.strokes[0].feed_mm_per_s = 6;  // 2 um
+  scene.force = ForceLaw("hertz_chip");
   EXPECT_THAT(FindWarnings(scene, 0.1),
               testing::Contains("osteon_direction is not used: the law hertz_chip is isotropic"));
   scene.force = ForceLaw("two_component");
