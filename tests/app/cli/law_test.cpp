@@ -80,7 +80,7 @@ TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideTheWidenedInterval) {
   Write("s.toml", Slot(12, "hertz_chip"));
   const ProgramResult high = Kerf("run s.toml -o out");
   ASSERT_EQ(high.code, 0) << high.err;
-  EXPECT_THAT(high.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
+  EXPECT_THAT(high.out, HasSubstr(DescribeAccuracy(ForceLaw("hertz_chip"), DiscSaw{})));
   EXPECT_THAT(high.out,
               testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3, [0-9.]+ mJ per tooth pass; cutting "
                                      "force = thrust / 1.6; range 0.8 to 6 J/mm3 .derived from"));
@@ -141,7 +141,7 @@ TEST_F(Law, LoopReportsAccuracyAndEnergy) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult text = Kerf("loop s.toml --seconds 1 --virtual --hand H3");
   ASSERT_EQ(text.code, 0) << text.err;
-  EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
+  EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(ForceLaw("hertz_chip"), DiscSaw{})));
   EXPECT_THAT(text.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3"));
 }
 

@@ -143,9 +143,9 @@ TEST_F(ReplayCommand, AnotherBoneIsRefused) {
   EXPECT_EQ(Kerf("replay a.kerf --verify --bone moved.vdb").code, 0);
 }
 
-// A file size limit of 8 blocks of 512 or 1024 bytes simulates a full disk.
+// A file size limit of 16 blocks of 512 or 1024 bytes simulates a full disk.
 TEST_F(ReplayCommand, FullDiskLosesOnlyTheRecording) {
-  const ProgramResult made = KerfWithin("ulimit -f 12;", "loop s.toml --virtual --seconds 20 --record a.kerf");
+  const ProgramResult made = KerfWithin("ulimit -f 16;", "loop s.toml --virtual --seconds 20 --record a.kerf");
   EXPECT_EQ(made.code, 1);
   EXPECT_THAT(made.err, HasSubstr("can't be written any further"));
   EXPECT_THAT(made.out, HasSubstr("removed"));

@@ -50,7 +50,7 @@ TEST_F(Validate, SetsOfAFolderAreAddedAndFailedRowsAreNoError) {
 TEST_F(Validate, BadUsageIsRefusedInOneSentence) {
   auto result = Kerf("validate -o out --laws hertz");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; available: hertz_chip"));
+  EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; available: two_component, hertz_chip"));
   result = Kerf("validate -o out --sets none");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("kerf: cannot read the folder none: No such file or directory\n"));

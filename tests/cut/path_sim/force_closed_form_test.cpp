@@ -190,7 +190,7 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
       EXPECT_NEAR(ticks[i].mean_E_MPa, region.E_MPa, 1e-6 * region.E_MPa);
       // At each end of the plate, its edge is rounded at this voxel size, which shortens the kerf's floor by up to 0.07
       // mm: 1.4 % for both ends, plus a little due to the look-ahead along the floor.
-      EXPECT_NEAR(ticks[i].thrust_sum_N / (arc_teeth * HertzByHand({}, E_star, bite)), 1, 0.016);
+      EXPECT_NEAR(ticks[i].thrust_sum_N / (arc_teeth * HertzByHand(params.law, E_star, bite)), 1, 0.016);
       ++checked;
     }
   }

@@ -68,7 +68,7 @@ std::vector<Spoiling> BadPoses() {
 
 /// A saw pushed into the bone until the device's force has ramped in completely.
 struct Cutting {
-  Cutting() : device(saw.device), watch(saw.simulation, saw.start) {
+  Cutting() : saw({.block_mm = {26, 6, 70}, .force_map = {}}), device(saw.device), watch(saw.simulation, saw.start) {
     watch.WatchDevice(saw.device.profile());
     IntentionStep push;
     push.seconds = 1000;
@@ -76,7 +76,7 @@ struct Cutting {
     push.push_W_N = Vec3(0, 0, -5);
     push.yield_s = 0.5;
     saw.device.SetScript(IntentionScript(saw.start, {push}));
-    for (int i = 0; i < 900; ++i) Step();
+    for (int i = 0; i < 1500; ++i) Step();
   }
   const HapticTick& Step() {
     out = saw.step.Step(device, {.dt_s = test::kDt_s, .rpm = 7500});

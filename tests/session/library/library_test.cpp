@@ -323,7 +323,7 @@ SceneFile MakeScene(const std::string& tool, const Vec3& size_mm, const Vec3& fr
   return SceneFile::Parse(fmt::format(
       "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = {}\nsize_y_mm = {}\nsize_z_mm = {}\nvoxel_mm = 0.1\n"
       "[tool]\n{}\n[[path.stroke]]\nstart_mm = [{}, {}, {}]\nend_mm = [{}, {}, {}]\nfeed_mm_per_s = {}\n"
-      "disc_normal = [0, 0, 1]\n",
+      "disc_normal = [0, 0, 1]\n[force]\nlaw = \"hertz_chip\"\n",
       size_mm.x, size_mm.y, size_mm.z, tool, from_mm.x, from_mm.y, from_mm.z, to_mm.x, to_mm.y, to_mm.z,
       feed_mm_per_s));
 }
@@ -332,7 +332,7 @@ SceneFile WithTangentialForce(const SceneFile& scene, double ratio) {
   return scene.With("effects.tangential_force", "ratio", std::to_string(ratio));
 }
 
-const char* const kDrill = "shape = \"drill\"\ndiameter_mm = 2\nrpm = 1000";
+const char* const kDrill = "shape = \"drill\"\ndiameter_mm = 2\nrpm = 1000\nchisel_share = 0";
 const char* const kBur = "shape = \"bur\"\ndiameter_mm = 2\nrpm = 30000";
 
 // The thrust of the lips is spread evenly along them, so that the mean distance of their cutting force from the axis is
