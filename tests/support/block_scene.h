@@ -72,7 +72,8 @@ inline std::string CutOffToml(double feed_mm_per_s) {
   return StrokeToml({0.5, 0, 6.5}, {0.5, 0, 0.5}, feed_mm_per_s, {1, 0, 0}) +
          StrokeToml({0.5, 0, 0.5}, {0.5, 0, 22}, 20, {1, 0, 0}, goes_on) +
          StrokeToml({0.5, 0, 22}, {2.4, 0, 22}, 2, {1, 0, 0}, goes_on) +
-         StrokeToml({2.4, 0, 22}, {2.4, 0, 2}, 8, {1, 0, 0}, goes_on) + "[hand]\nmodel = \"H4\"\n[effects.fragments]\n";
+         StrokeToml({2.4, 0, 22}, {2.4, 0, 2}, 8, {1, 0, 0}, goes_on) +
+         "[force]\nlaw = \"hertz_chip\"\n[hand]\nmodel = \"H4\"\n[effects.fragments]\n";
 }
 
 }  // namespace kerf::test

@@ -77,6 +77,7 @@ TEST(HardCase08, ForceAcrossAMaterialStepFollowsTheArcInEachMaterial) {
           MakeTwoRegions({24, 2, 8}, h, 19300, 19300 / ratio, [&](const Vec3& p) { return p.x > 0.5 * h; });
       const double z = 4 - depth + kR;
       SimulationParams params;
+      params.law = ForceLaw("hertz_chip");
       params.rim_samples_per_pitch = samples;
       WatchedPath path(bone, params, DiscPose({}, {-14, 0, z}));
       for (double x = -14; x < -9; x += 0.1) path.Tick(DiscPose({}, {x, 0, z}));

@@ -68,7 +68,7 @@ std::vector<Spoiling> BadPoses() {
 
 /// A saw pushed into the bone until the device's force has ramped in completely.
 struct Cutting {
-  Cutting() : saw({.block_mm = {26, 6, 70}, .force_map = {}}), device(saw.device), watch(saw.simulation, saw.start) {
+  Cutting() : device(saw.device), watch(saw.simulation, saw.start) {
     watch.WatchDevice(saw.device.profile());
     IntentionStep push;
     push.seconds = 1000;

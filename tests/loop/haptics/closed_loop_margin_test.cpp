@@ -57,8 +57,10 @@ TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
     options.stiffness_N_per_mm = 1.4 * limits.sampled_stiffness_N_per_mm;
     HeldSaw wild(options);
     Push(wild, 5);
-    const double wild_mN = ListenTo(wild, 1, 2);
-    EXPECT_GT(wild_mN, 200) << delay;
+    const double early_mN = ListenTo(wild, 1, 2);
+    const double wild_mN = ListenTo(wild, 2, 3);
+    EXPECT_GT(wild_mN, 1.2 * early_mN) << delay;
+    EXPECT_GT(wild_mN, 20 * calm_mN) << delay;
     fmt::print("delay {}: rule {:.2f} N/mm; at 0.75 of it {:.2f} mN, at 1.4 of it {:.0f} mN\n", delay,
                limits.sampled_stiffness_N_per_mm, calm_mN, wild_mN);
   }

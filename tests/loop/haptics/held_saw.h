@@ -39,7 +39,7 @@ struct HeldSawOptions {
   double stiffness_N_per_mm = 1.5;
   double damping_Ns_per_mm = 0;
   double voxel_mm = 0.2;
-  Vec3 block_mm{26, 6, 26};
+  Vec3 block_mm{26, 6, 80};
   bool whole_voxels = false;
   bool quantise = true;
   int delay_ticks = 0;

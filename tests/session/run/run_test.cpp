@@ -384,7 +384,7 @@ double Largest(const std::vector<double>& values) {
 TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
   const RunSummary held = RunWith("");
   const std::vector<double> first = ForcesOfStroke(1);
-  EXPECT_GT(Largest(ForcesOfStroke(2)), 10);
+  EXPECT_GT(Largest(ForcesOfStroke(2)), 5);
   EXPECT_EQ(held.CalcOut_mm3(), 0);
   EXPECT_EQ(held.pieces.size(), 3u);
   std::uint64_t left = 0;
