@@ -116,7 +116,7 @@ region = 34
 
 # The stability of a small loop; a low rate has few ticks.
 STABILITY = (make_block("Small block", (3, 3, 3), 0.5) + make_disc(6, 0.6, 8) + make_stroke([0, 0, 4], [0, 0, 2], 20) +
-             '[loop]\nrate_hz = 250\n[device]\nprofile = "touch"\n[hand]\nmodel = "H2"\n')
+             '[force]\nlaw = "hertz_chip"\n[loop]\nrate_hz = 250\n[device]\nprofile = "touch"\n[hand]\nmodel = "H2"\n')
 
 # A disc cuts through a small block.
 THROUGH = make_block("Through", (3, 3, 1.5), 0.4) + make_disc(6, 0.6, 8) + make_stroke([0, 0, 3.5], [0, 0, 0], 20)

@@ -18,6 +18,7 @@ using testing::HasSubstr;
 
 /// A bar is cut in two, 0.1 mm off the plan and inclined to it by 1.1458 degrees (a slope of 0.02).
 const std::string kScene = "title = \"bar\"\n" + test::BlockToml({12, 4, 3}, 0.2) + test::SawToml(14, 0.5, 16) +
+                           "[force]\nlaw = \"hertz_chip\"\n" +
                            test::StrokeToml({0.1, 0, 8.5}, {0.1, 0, 2.5}, 6, {1, 0.02, 0}) + R"([[plan.plane]]
 name = "middle"
 point_mm = [0, 0, -1.5]
@@ -113,7 +114,7 @@ TEST_F(AssessCommand, AssessesRecordingsThatFollowEachOtherTogether) {
   ASSERT_EQ(Kerf("loop s.toml --virtual --seconds 4 --record a.kerf -o first").code, 0);
   // The second saw is twice as wide, and cuts 3 mm beside the first.
   Write("t.toml", "title = \"second\"\n[bone]\nfile = \"first/bone.vdb\"\n" + test::SawToml(14, 1, 16) +
-                      test::StrokeToml({3, 0, 8.5}, {3, 0, 2.5}, 6, {1, 0, 0}) +
+                      "[force]\nlaw = \"hertz_chip\"\n" + test::StrokeToml({3, 0, 8.5}, {3, 0, 2.5}, 6, {1, 0, 0}) +
                       "[exercise]\nstart_mm = [3, 2, 0]\nend_mm = [3, -2, 0]\ninto = [0, 0, -1]\n"
                       "[output]\npictures = false\n");
   ASSERT_EQ(Kerf("loop t.toml --virtual --seconds 4 --record b.kerf").code, 0);

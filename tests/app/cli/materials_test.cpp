@@ -55,7 +55,8 @@ TEST_F(Materials, CutsVisibleHumanWithRegionUniformAndCtMaterials) {
 
   // The disc moves 9 mm down into the left body, so that it cuts cortex and marrow.
   const std::string rest = test::StrokeToml({21.9, -70.05, 60}, {21.9, -70.05, 51}, 6, {0.6, 0.8, 0}) +
-                           "[simulation]\nrate_hz = 500\n[output]\npictures = false\npieces = false\nbone = false\n";
+                           "[force]\nlaw = \"hertz_chip\"\n[simulation]\nrate_hz = 500\n" +
+                           "[output]\npictures = false\npieces = false\nbone = false\n";
   const std::string by_ct = "[material]\nkind = \"ct\"\nct_law = \"mandible_matmap\"\n";
   const auto run = [&](const std::string& bone, const std::string& material) {
     Write("s.toml", "[bone]\nfile = \"" + bone + "\"\n" + material + rest);

@@ -19,9 +19,10 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// A block of 6 x 1 x 6 mm below the origin is inside a disc that has a diameter of 22 mm and is 3 mm thick.
-const std::string kSwallowedBoneScene = test::BlockToml({6, 1, 6}, 0.1) +
-                                        "[tool]\ndiameter_mm = 22.0\nthickness_mm = 3.0\n" +
-                                        test::StrokeToml({0, 0, 0}, {0, 0, -0.4}, 4, {0, 1, 0});
+const std::string kSwallowedBoneScene =
+    test::BlockToml({6, 1, 6}, 0.1) +
+    "[force]\nlaw = \"hertz_chip\"\n[tool]\ndiameter_mm = 22.0\nthickness_mm = 3.0\n" +
+    test::StrokeToml({0, 0, 0}, {0, 0, -0.4}, 4, {0, 1, 0});
 constexpr char kNotDrawn[] = "no bone is left to draw: after.png is not written";
 
 class SwallowedBone : public test::ProgramTest {

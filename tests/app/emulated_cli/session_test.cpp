@@ -26,9 +26,10 @@ using testing::HasSubstr;
 using testing::Not;
 
 // A block on the right, into which the disc cuts sideways.
-const std::string kBlockToTheRight = test::BlockToml({40, 4, 3}, 0.2) + test::SawToml(12, 2, 16) +
-                                     test::StrokeToml({-26.5, 0, -1.5}, {-20, 0, -1.5}, 1.5, {0, 1, 0}) +
-                                     "[device]\nexpected_peak_N = 5.0\n[output]\npictures = false\n";
+const std::string kBlockToTheRight =
+    test::BlockToml({40, 4, 3}, 0.2) + test::SawToml(12, 2, 16) +
+    test::StrokeToml({-26.5, 0, -1.5}, {-20, 0, -1.5}, 1.5, {0, 1, 0}) +
+    "[force]\nlaw = \"hertz_chip\"\n[device]\nexpected_peak_N = 5.0\n[output]\npictures = false\n";
 constexpr double kStart_mm = -26.5;
 constexpr double kGap_mm = 0.5;
 

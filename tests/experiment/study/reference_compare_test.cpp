@@ -12,6 +12,7 @@ namespace {
 ReferenceRun RunReference(const StudyPath& path, Holding holding, double rate_hz) {
   ReferenceParams params;
   params.saw = path.saw;
+  params.law = ForceLaw(StudySettings().law);
   params.rpm = path.rpm;
   const CouplingParams& c = path.coupling;
   params.coupling = {

@@ -136,7 +136,8 @@ TEST_F(Agents, TotalDecreasesWithEachInjectedError) {
 }
 
 TEST_F(Agents, TotalDecreasesWithReactionTimeAndForceAtBreakthrough) {
-  const Scene scene = test::MakeSmallExercise("bicortical");
+  Scene scene = test::MakeSmallExercise("bicortical");
+  scene.force = ForceLaw("hertz_chip");
   double last_plunge = -1;
   double last = 101;
   for (const double delay_s : {0.05, 0.3, 0.6}) {
