@@ -34,7 +34,8 @@ else:
 
 # %%
 voxel = kerf.run(scene.with_value("simulation", "mode", "voxel"), bone)
-slab = kerf.run(scene.with_value("simulation", "mode", "slab"), bone)
+unused_law = scene.with_value("force", "law", "two_component")  # the default: a law of its own would be warned of
+slab = kerf.run(unused_law.with_value("simulation", "mode", "slab"), bone)
 force = {name: run.ticks["force_z_N"] for name, run in {"voxels": voxel, "slab": slab}.items()}
 for name, run in {"voxels": voxel, "slab": slab}.items():
     print(f"{name}: {len(run.ticks)} ticks, {1e6 * run.wall_s / len(run.ticks):.2f} us per tick, "
