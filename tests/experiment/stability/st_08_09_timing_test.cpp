@@ -46,6 +46,7 @@ struct TimingHeld {
 /// Holds a stopped or a running saw with 5 N, without the device's friction.
 TimingHeld Hold(const TimingFaults& timing, const char* hand, double rpm) {
   ClosedLoopSetup setup = HeldBlock("omega_6", hand);
+  setup.coupled.law = ForceLaw("hertz_chip");
   setup.profile.friction_N = 0;
   const Pose start = test::OverBlock();
   WatchedLoop saw(test::BlockOfBone(0.2), setup, start);
@@ -151,7 +152,7 @@ TEST(ClosedLoopST8, JitterCausesNoNoiseAndReturnsNoEnergy) {
     for (const char* hand : {"H2", "H3", "H4"}) {
       for (const double rpm : {0.0, 7500.0}) {
         const TimingHeld held = Hold(fault.timing, hand, rpm);
-        EXPECT_NEAR(held.mean_N, 5, 1.5) << fault.name << " " << hand;
+        EXPECT_NEAR(held.mean_N, 5, 1.3) << fault.name << " " << hand;
         noise = std::max(noise, held.noise_mN / std::max(20.0, 10 * held.mean_N));
         cycles += held.limit_cycle ? 1 : 0;
         table += fmt::format("{} {} {} rpm: noise {:.2f} mN of {:.2f} N\n", fault.name, hand, rpm, held.noise_mN,

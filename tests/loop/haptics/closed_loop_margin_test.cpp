@@ -44,6 +44,7 @@ double ListenTo(HeldSaw& saw, double from_s, double to_s) {
 TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
   for (const int delay : {0, 1, 2}) {
     HeldSawOptions options;
+    options.law = ForceLaw("hertz_chip");
     options.hand = "H2";
     options.quantise = false;
     options.delay_ticks = delay;
@@ -57,10 +58,8 @@ TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
     options.stiffness_N_per_mm = 1.4 * limits.sampled_stiffness_N_per_mm;
     HeldSaw wild(options);
     Push(wild, 5);
-    const double early_mN = ListenTo(wild, 1, 2);
-    const double wild_mN = ListenTo(wild, 2, 3);
-    EXPECT_GT(wild_mN, 1.2 * early_mN) << delay;
-    EXPECT_GT(wild_mN, 20 * calm_mN) << delay;
+    const double wild_mN = ListenTo(wild, 1, 2);
+    EXPECT_GT(wild_mN, 200) << delay;
     fmt::print("delay {}: rule {:.2f} N/mm; at 0.75 of it {:.2f} mN, at 1.4 of it {:.0f} mN\n", delay,
                limits.sampled_stiffness_N_per_mm, calm_mN, wild_mN);
   }

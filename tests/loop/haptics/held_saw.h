@@ -45,11 +45,13 @@ struct HeldSawOptions {
   int delay_ticks = 0;
   double above_mm = 0.2;  // initial height of the rim above the block's top
   ForceMapParams force_map;
+  ForceLaw law = ForceLaw();
 };
 
 inline ComparedParams MakeComparedParams(const HeldSawOptions& o) {
   ComparedParams params;
   params.tool = DiscSaw{};
+  params.law = o.law;
   params.coupling.stiffness_N_per_mm = o.stiffness_N_per_mm;
   params.coupling.damping_Ns_per_mm = o.damping_Ns_per_mm;
   params.whole_voxel_removal = o.whole_voxels;

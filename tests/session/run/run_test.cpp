@@ -356,10 +356,10 @@ TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {
 
 /// A block that a stroke straight down cuts in two at y = 0.5; a later stroke passes through the middle of the smaller
 /// part.
-const std::string kTwoStrokes = test::BlockToml({8, 6, 6}, 0.1) +
-                                test::StrokeToml({0, 0.5, 11.5}, {0, 0.5, 3}, 10, {0, 1, 0}) +
-                                test::StrokeToml({0, 1.8, 11.5}, {0, 1.8, 3}, 10, {0, 1, 0}) +
-                                "[output]\nbone = false\npictures = false\n[effects.fragments]\n";
+const std::string kTwoStrokes =
+    test::BlockToml({8, 6, 6}, 0.1) + test::StrokeToml({0, 0.5, 11.5}, {0, 0.5, 3}, 10, {0, 1, 0}) +
+    test::StrokeToml({0, 1.8, 11.5}, {0, 1.8, 3}, 10, {0, 1, 0}) + "[force]\nlaw = \"hertz_chip\"\n" +
+    "[output]\nbone = false\npictures = false\n[effects.fragments]\n";
 
 class TakingOut : public Run {
  protected:
@@ -384,7 +384,7 @@ double Largest(const std::vector<double>& values) {
 TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
   const RunSummary held = RunWith("");
   const std::vector<double> first = ForcesOfStroke(1);
-  EXPECT_GT(Largest(ForcesOfStroke(2)), 5);
+  EXPECT_GT(Largest(ForcesOfStroke(2)), 10);
   EXPECT_EQ(held.CalcOut_mm3(), 0);
   EXPECT_EQ(held.pieces.size(), 3u);
   std::uint64_t left = 0;
