@@ -185,15 +185,25 @@ class Held {
   Pose X_WH_;
 };
 
-/// Successive swings of a signal: the times of its turning points and the distances between them.
+/// Successive swings of a signal: the times of its turning points and the distances between them. A turning point
+/// counts once the signal has come back from it by a fraction of the previous swing: where a contact in the kerf opens
+/// or closes, a swing has a dent, which would appear as two turning points.
 class Swings {
  public:
   void Add(double t_s, double value) {
     if (count_ >= 2 && (value - y1_) * (y1_ - y0_) < 0) {
       // The turning point is that of a parabola through three samples.
-      const double curve = y0_ - 2 * y1_ + value;
-      Turn(t_s, y1_ - (value - y0_) * (value - y0_) / (8 * curve));
+      const double top = y1_ - (value - y0_) * (value - y0_) / (8 * (y0_ - 2 * y1_ + value));
+      if (upwards_ == 0) upwards_ = y1_ > value ? 1 : -1;
+      if (!turning_ || upwards_ * (top - top_) > 0) {
+        turning_ = true;
+        top_ = top;
+        top_time_s_ = t_s;
+      }
     }
+    constexpr double kDent = 0.05;  // the largest of a disc in its kerf is 0.036
+    const double last_swing = turns_ > 1 ? std::abs(last_top_ - before_last_top_) : std::abs(top_);
+    if (turning_ && upwards_ * (top_ - value) > kDent * last_swing) Turn();
     y0_ = y1_;
     y1_ = value;
     ++count_;
@@ -221,30 +231,28 @@ class Swings {
   }
 
  private:
-  void Turn(double t_s, double top) {
-    constexpr double kRipple = 1e-3;  // fraction of the previous swing; a smaller swing is a dent in a peak, which
-                                      // appears as two turning points
-    const double swing = std::abs(top - last_top_);
-    if (dented_ || (turns_ > 0 && swing < kRipple * last_swing_)) {
-      dented_ = !dented_;
-      return;
-    }
+  void Turn() {
     if (turns_++ > 0) {
-      time_s_.push_back(t_s);
-      log_swing_.push_back(std::log(std::max(swing, 1e-300)));
+      time_s_.push_back(top_time_s_);
+      log_swing_.push_back(std::log(std::max(std::abs(top_ - last_top_), 1e-300)));
     }
-    last_swing_ = turns_ > 1 ? swing : std::abs(top);
-    last_top_ = top;
+    before_last_top_ = last_top_;
+    last_top_ = top_;
+    turning_ = false;
+    upwards_ = -upwards_;
   }
 
   std::vector<double> time_s_;
   std::vector<double> log_swing_;
   double y0_ = 0;
   double y1_ = 0;
-  double last_top_ = 0;
-  double last_swing_ = 0;
-  bool dented_ = false;
   int count_ = 0;
+  int upwards_ = 0;       // 1 if the next turning point is a maximum, -1 if it is a minimum
+  bool turning_ = false;  // whether the signal has turned at `top_`
+  double top_ = 0;
+  double top_time_s_ = 0;
+  double last_top_ = 0;
+  double before_last_top_ = 0;
   int turns_ = 0;
 };
 

@@ -2,6 +2,7 @@
 // defaults.
 #pragma once
 
+#include <cmath>
 #include <string>
 
 #include "device/devices/profiles.h"
@@ -35,5 +36,27 @@ inline ClosedLoopSetup HeldBlock(const std::string& profile, const std::string& 
                                .coupling;
   return setup;
 }
+
+/// What a hand that pushes down takes of its own push: the place that its spring holds on to follows the handle with a
+/// time constant (Intention::yield_s), and its damper and that of the device oppose the motion.
+class YieldingHand {
+ public:
+  YieldingHand(const ClosedLoopSetup& setup, double yield_s, const Pose& X_WH_start)
+      : own_damping_Ns_per_mm_(setup.profile.own_damping_Ns_per_mm), yield_s_(yield_s), held_mm_(X_WH_start.p_AB.z) {}
+
+  /// Adds the next tick; returns the force, N of the device.
+  double Add(const ClosedLoopTick& tick, const HandModel& hand) {
+    const double lag_mm = held_mm_ - tick.p_WC_mm.z;
+    held_mm_ += std::expm1(-(tick.time_s - time_s_) / yield_s_) * lag_mm;
+    time_s_ = tick.time_s;
+    return hand.stiffness_N_per_mm * lag_mm - (hand.damping_Ns_per_mm + own_damping_Ns_per_mm_) * tick.v_WC_mm_per_s.z;
+  }
+
+ private:
+  double own_damping_Ns_per_mm_;
+  double yield_s_;
+  double held_mm_;
+  double time_s_ = 0;
+};
 
 }  // namespace kerf::test
