@@ -122,8 +122,7 @@ TEST(Reciprocating, ForceIsThatOfTheLawAtTheBiteOfEachMoment) {
     for (std::size_t i = 0; i < ticks.size(); ++i) {
       const double phase = rad_per_s * 1e-3 * static_cast<double>(i);
       const double since_s = drive.CalcMeanSincePassed(phase, rad_per_s * 1e-3) / rad_per_s;
-      // At each end of the block the grid rounds off its corner, by less than a voxel.
-      EXPECT_NEAR(ticks[i].engaged_teeth / teeth, 1, 0.03);
+      EXPECT_NEAR(ticks[i].engaged_teeth / teeth, 1, 1e-4);  // 1e-5: distances are floats
       EXPECT_NEAR(ticks[i].mean_bite_mm, kBladeFeed * since_s, 1e-9 + 1e-6 * kBladeFeed * since_s);
       EXPECT_NEAR(ticks[i].thrust_sum_N, ticks[i].engaged_teeth * law(kBladeFeed * since_s, bone),
                   1e-6 + 1e-6 * ticks[i].thrust_sum_N);

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/held_tool.h"
+#include "experiment/stability/swings.h"
 #include "loop/haptics/coupling_limits.h"
 #include "loop/haptics/held_saw.h"
 #include "verdict.h"
@@ -33,6 +35,23 @@ double CalcRuleGain(const ClosedLoopSetup& setup) {
                             setup.delay_ticks)
              .sampled_stiffness_N_per_mm /
          setup.coupled.coupling.stiffness_N_per_mm;
+}
+
+// A decaying oscillation of 10 Hz at 1 kHz. The value of one sample in the middle of a swing makes the signal turn
+// twice, by 2 % of the swing.
+TEST(Swings, GrowthIsExactAndADentInASwingDoesNotCount) {
+  constexpr double kGrowth_per_s = -7;
+  for (const int dented : {0, 100, 150, 205}) {
+    Swings swings;
+    for (int i = 0; i < 600; ++i) {
+      const double t_s = 1e-3 * i;
+      const double phase = 2 * std::numbers::pi * 10 * t_s;
+      const double dent = dented > 0 && i == dented ? 0.1 : 0;
+      swings.Add(t_s, std::exp(kGrowth_per_s * t_s) * (std::sin(phase) - std::copysign(dent, std::cos(phase))));
+    }
+    EXPECT_EQ(swings.size(), 11u) << dented;
+    EXPECT_NEAR(swings.CalcGrowth(1), kGrowth_per_s, 1e-3) << dented;
+  }
 }
 
 // On solid bone with the spindle stopped the loop is a sampled spring. The rule neglects terms of order K T^2 / m and
