@@ -29,7 +29,7 @@ HolderPoints::HolderPoints(const BoneField& field, const Tool& tool, double spac
   for (double spacing = spacing_mm; points_.empty() || points_.size() > kMaxPoints; spacing *= 1.25) {
     points_.clear();
     rings_.clear();
-    for (const HolderBody& body : bodies) AddBody(body, spacing);
+    for (const HolderBody& body : bodies) AddBody(body, spacing, spacing / spacing_mm);
   }
   rings_.push_back(points_.size());
   for (const Point& point : points_) reach_mm_ = std::max(reach_mm_, glm::length(point.p_T));
@@ -42,8 +42,9 @@ HolderPoints::HolderPoints(const BoneField& field, const Tool& tool, double spac
   Forget();
 }
 
-/// Adds the rings of a body. Its first and last ring face along the axis as much as outwards.
-void HolderPoints::AddBody(const HolderBody& body, double spacing_mm) {
+/// Adds the rings of a body. Its first and last ring face along the axis as much as outwards. Rings are no further
+/// apart than `radii` times the radius.
+void HolderPoints::AddBody(const HolderBody& body, double spacing_mm, double radii) {
   const bool hub = body.part == HolderBody::Part::kHub;
   const int around = hub ? kHubPoints : kRingPoints;
   const auto add_ring = [&](const Vec3& middle_T, const Quat& R_TS, double radius_mm, double r, double z) {
@@ -59,7 +60,7 @@ void HolderPoints::AddBody(const HolderBody& body, double spacing_mm) {
     const HolderSection& a = body.sections[i];
     const HolderSection& b = body.sections[i + 1];
     const double length_mm = glm::length(b.middle_T - a.middle_T);
-    const double spacing = std::min(spacing_mm, std::max(a.radius_mm, b.radius_mm));
+    const double spacing = std::min(spacing_mm, radii * std::max(a.radius_mm, b.radius_mm));
     const int rings = hub ? kHubRings : std::max(1, static_cast<int>(std::ceil(length_mm / spacing)));
     for (int n = 0; n <= rings; ++n) {
       if (n == rings && i + 1 < last) continue;  // the first of the next pair

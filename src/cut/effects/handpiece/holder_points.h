@@ -64,7 +64,7 @@ class HolderPoints {
     double clear_mm = 0;  // free travel when it was last sought
     bool near = true;
   };
-  void AddBody(const HolderBody& body, double spacing_mm);
+  void AddBody(const HolderBody& body, double spacing_mm, double radii);
   void MakeParts();
   void MoveTo(const Pose& X_FT);
   bool IsNear(Part& part);
