@@ -94,10 +94,11 @@ TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
   double speed = 0;
   for (const char* profile : {"omega_6", "omni", "premium_1_5_hf", "virtuose_6d", "maglev_200"}) {
     for (const double ask : {1.0, 1000.0}) {
-      for (const double rpm : {0.0, 7500.0}) {
+      for (const auto& [rpm, hertz] : {std::pair(0.0, false), std::pair(7500.0, false), std::pair(7500.0, true)}) {
         CouplingParams asked;
         asked.stiffness_N_per_mm = ask;
         ClosedLoopSetup setup = HeldBlock(profile, "H4", asked);
+        if (hertz) setup.coupled.law = ForceLaw("hertz_chip");
         const Pose start = test::OverBlock();
         WatchedLoop saw(test::BlockOfBone(0.4), setup, start);
         const double push_N = 0.3 * setup.profile.peak_force_N;
@@ -131,8 +132,9 @@ TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
           tick = saw.Step(rpm);
           max_mm_per_s = std::max(max_mm_per_s, glm::length(tick.v_WC_mm_per_s));
         }
-        // Either it is out of contact with the bone, or the device's friction holds it.
-        EXPECT_LT(glm::length(saw.loop.device().force_N()), setup.profile.friction_N + 1e-9) << profile;
+        // It is out of contact with the bone. The kerf of the default law is so deep that friction may hold the handle.
+        const double held_N = hertz || rpm == 0 ? 0 : setup.profile.friction_N;
+        EXPECT_LT(glm::length(saw.loop.device().force_N()), held_N + 1e-9) << profile << " " << hertz;
         kick = std::max(kick, saw.largest_N / hold_N);
         speed = std::max(speed, max_mm_per_s / spring_mm_per_s);
         largest_step_N = std::max(largest_step_N, saw.largest_rise_N / setup.profile.peak_force_N);
