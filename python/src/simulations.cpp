@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <set>
@@ -136,6 +137,7 @@ struct Runner {
   std::vector<double> values;                // the effects' after a tick
   double time_s = 0;
   double removed_mm3 = 0;
+  double rpm = 0;  // of ticks that state none
   std::size_t ticks = 0;
   std::atomic<bool> busy = false;
 };
@@ -148,7 +150,9 @@ struct SlabRunner : Runner<SlabSimulation> {
   SlabRunner(const SceneFile& the_scene, SlabProfile profile, const Pose& X_WT_start)
       : Runner(std::move(profile), the_scene.MakeSlabParams(), X_WT_start),
         scene(the_scene),
-        start(simulation.state()) {}
+        start(simulation.state()) {
+    rpm = scene.rpm();
+  }
   SceneFile scene;
   SlabState start;
 };
@@ -159,8 +163,15 @@ void FindChannels(AnyRunner& runner) {
   runner.values.resize(runner.channels.size());
 }
 
-std::unique_ptr<PathRunner> MakePathRunner(const Bone& bone, const SimulationParams& params, const Pose& X_WT_start) {
+/// Spindle speed of a tool outside a scene, if a tick states none.
+double CalcDefaultRpm(const Tool& tool) {
+  return SenseOf(tool) * TickInput{}.rpm;
+}
+
+std::unique_ptr<PathRunner> MakePathRunner(const Bone& bone, const SimulationParams& params, const Pose& X_WT_start,
+                                           double rpm) {
   auto runner = std::make_unique<PathRunner>(bone, params, X_WT_start);
+  runner->rpm = rpm;
   FindChannels(*runner);
   runner->warnings.emplace(params, bone, X_WT_start, runner->channels);
   return runner;
@@ -173,7 +184,7 @@ std::unique_ptr<PathRunner> MakePathRunnerOf(const Bone& bone, const py::object&
                                                        ToParams<SimulationParams>(tool, law, law_parameters, effects));
   const Pose X = ToPose(start, "start");
   const Unlocked unlocked;
-  return MakePathRunner(bone, params, X);
+  return MakePathRunner(bone, params, X, CalcDefaultRpm(params.tool));
 }
 
 /// Returns the given bone, or makes that of the scene in `made`.
@@ -192,7 +203,7 @@ Pose StartOf(const SceneFile& scene) {
 
 std::unique_ptr<PathRunner> MakePathRunnerOfScene(const SceneFile& scene, const Bone* bone) {
   Bone made;
-  return MakePathRunner(OrSceneBone(scene, bone, made), scene.MakeSimulationParams(), StartOf(scene));
+  return MakePathRunner(OrSceneBone(scene, bone, made), scene.MakeSimulationParams(), StartOf(scene), scene.rpm());
 }
 
 /// Runs a tick; `in` is a TickInput or a CoupledInput.
@@ -231,6 +242,14 @@ void Warn(AnyRunner& runner) {
   WarnOnce(FindWarnings(runner, runner.removed_mm3), runner.warned);
 }
 
+/// Throws kerf::Error if a spindle speed is out of range; a tick of the library would be refused without a word.
+double CheckRpm(double rpm) {
+  if (!(std::abs(rpm) <= kMaxRpm)) {
+    throw Error("rpm = " + py::repr(py::float_(rpm)).cast<std::string>() + " is out of range; valid range -1e6 to 1e6");
+  }
+  return rpm;
+}
+
 /// Runs a tick on its own. Warns at the first one about the settings and later, once in a while, about the cut.
 template <typename AnyRunner, typename Input>
 auto RunSingleTick(AnyRunner& runner, const Input& in) {
@@ -241,8 +260,9 @@ auto RunSingleTick(AnyRunner& runner, const Input& in) {
 }
 
 template <typename AnyRunner>
-TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, double rpm) {
-  return RunSingleTick(runner, TickInput{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = rpm});
+TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, std::optional<double> rpm) {
+  return RunSingleTick(runner,
+                       TickInput{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = CheckRpm(rpm.value_or(runner.rpm))});
 }
 
 template <typename V>
@@ -252,8 +272,13 @@ void VisitValues(const std::vector<std::string>& names, const std::vector<double
 
 /// Poses with the duration and the spindle speed of each tick.
 struct Inputs {
-  Inputs(const py::object& poses, const char* name, const py::object& dt, const py::object& speeds)
-      : X(ToPoses(poses, name)), dt_s(ToNumbers(dt, X.size(), "dt")), rpm(ToNumbers(speeds, X.size(), "rpm")) {}
+  /// `default_rpm` applies if `speeds` is None.
+  Inputs(const py::object& poses, const char* name, const py::object& dt, const py::object& speeds, double default_rpm)
+      : X(ToPoses(poses, name)),
+        dt_s(ToNumbers(dt, X.size(), "dt")),
+        rpm(speeds.is_none() ? std::vector<double>(X.size(), default_rpm) : ToNumbers(speeds, X.size(), "rpm")) {
+    for (const double speed : rpm) CheckRpm(speed);
+  }
   std::vector<Pose> X;
   std::vector<double> dt_s;
   std::vector<double> rpm;
@@ -300,7 +325,7 @@ py::array RunRows(AnyRunner& runner, const std::vector<Pose>& X, const py::objec
 template <typename AnyRunner>
 py::array RunOnPath(AnyRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
                     const py::object& progress) {
-  const Inputs in(poses, "poses", dt, rpm);
+  const Inputs in(poses, "poses", dt, rpm, runner.rpm);
   return RunRows(runner, in.X, progress, [&](std::size_t i) {
     return RunTick(runner, TickInput{.X_WT = in.X[i], .dt_s = in.dt_s[i], .rpm = in.rpm[i]});
   });
@@ -316,8 +341,9 @@ void CheckUndo(double undo_MB) {
 }
 
 std::unique_ptr<HandRunner> MakeHandRunner(const Bone& bone, const CoupledParams& params, const Pose& X_WT_start,
-                                           double undo_MB) {
+                                           double undo_MB, double rpm) {
   auto runner = std::make_unique<HandRunner>(bone, params, X_WT_start);
+  runner->rpm = rpm;
   if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
   FindChannels(*runner);
   runner->warnings.emplace(params, bone, runner->channels);
@@ -338,7 +364,7 @@ std::unique_ptr<HandRunner> MakeHandRunnerOf(const Bone& bone, const py::object&
   CheckParameters(params.coupling, "HandSimulation");
   const Pose X = ToPose(start, "start");
   const Unlocked unlocked;
-  return MakeHandRunner(bone, params, X, undo_MB);
+  return MakeHandRunner(bone, params, X, undo_MB, CalcDefaultRpm(params.tool));
 }
 
 std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const Bone* bone, const py::object& start,
@@ -346,12 +372,12 @@ std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const 
   CheckUndo(undo_MB);
   Bone made;
   const Pose X = start.is_none() ? StartOf(scene) : ToPose(start, "start");
-  return MakeHandRunner(OrSceneBone(scene, bone, made), scene.MakeCoupledParams(), X, undo_MB);
+  return MakeHandRunner(OrSceneBone(scene, bone, made), scene.MakeCoupledParams(), X, undo_MB, scene.rpm());
 }
 
-CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, double rpm,
+CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, std::optional<double> rpm,
                          const py::object& velocity, const py::object& angular_velocity) {
-  CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = rpm};
+  CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = CheckRpm(rpm.value_or(runner.rpm))};
   if (!velocity.is_none()) in.v_H_W_mm_per_s = ToVec3(velocity, "velocity");
   if (!angular_velocity.is_none()) in.w_H_W_rad_per_s = ToVec3(angular_velocity, "angular_velocity");
   return RunSingleTick(runner, in);
@@ -359,7 +385,7 @@ CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt
 
 py::array RunInHand(HandRunner& runner, const py::object& handles, const py::object& dt, const py::object& rpm,
                     const py::object& velocities, const py::object& progress) {
-  const Inputs in(handles, "handles", dt, rpm);
+  const Inputs in(handles, "handles", dt, rpm, runner.rpm);
   std::vector<Vec3> v;
   if (!velocities.is_none()) {
     v = ToPoints(velocities, "velocities");
@@ -584,7 +610,7 @@ void BindSimulations(py::module_& m) {
   BindTeeth(hand);
 
   const auto dt = py::arg("dt") = 0.001;
-  const auto rpm = py::arg("rpm") = 7500.0;
+  const auto rpm = py::arg("rpm") = py::none();
   const auto progress = py::arg("progress") = py::none();
   const auto bone = py::arg("bone") = py::none();
   static const std::string on_path = R"(A bone and a tool that follows a prescribed path.
@@ -595,8 +621,9 @@ bone: is copied. start: pose of the tool. tool: )" +
 law_parameters, a dict. effects: a name, a list of names, or a dict from name to a dict of
 parameters; None: only kerf_friction.
 
-Poses are arrays of 3 numbers (position, mm), 7 numbers (position and unit quaternion w, x, y, z) or 4 x 4. A simulation
-can be used by one thread at a time; several simulations run in parallel.
+Poses are arrays of 3 numbers (position, mm), 7 numbers (position and unit quaternion w, x, y, z) or 4 x 4. rpm: spindle
+speed, its sign is the sense about z of the tool; None: that of the scene, or without a scene 7500 in the sense in which
+the tool cuts. A simulation can be used by one thread at a time; several simulations run in parallel.
 
 Parameters, each by name:
 )" + ListParameters<SimulationParams>();

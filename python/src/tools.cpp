@@ -106,6 +106,13 @@ std::string ListToolClasses(const std::string& article) {
   return text;
 }
 
+int SenseOf(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) {
+    if constexpr (kind.kDrive == DriveMotion::kRotation) return kind.kSense;
+    return 1;
+  });
+}
+
 Tool ToTool(const py::object& object) {
   Tool tool = DiscSaw{};
   bool found = object.is_none();

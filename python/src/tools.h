@@ -17,5 +17,7 @@ void BindTools(py::module_& m);
 std::string ListToolClasses(const std::string& article = "");
 /// Returns the tool; for None the default disc. Throws kerf::Error if the object is not a tool.
 Tool ToTool(const py::object& tool);
+/// Returns the sign of the spindle speed at which a tool cuts forwards.
+int SenseOf(const Tool& tool);
 
 }  // namespace kerf::python

@@ -262,6 +262,23 @@ class Simulations(unittest.TestCase):
         tick = hand.tick(start, velocity=(1, 0, 0))
         self.assertEqual(tick.fidelity, "full")
 
+    def test_a_tool_turns_in_its_sense_unless_a_speed_is_given(self):
+        for tool, sense in ((kerf.Disc(), 1), (kerf.Drill(), -1)):
+            def torque(**speed):
+                simulation = kerf.Simulation(small_block(), (0, 0, 1), tool=tool, effects="tangential_force")
+                return simulation.run([(0, 0, 1 - 0.01 * i) for i in range(150)], **speed)["torque_z_Nmm"]
+            np.testing.assert_array_equal(torque(), torque(rpm=7500 * sense))
+        self.assertGreater(np.abs(torque()).max(), 0)  # of the drill
+        self.assertGreater(np.abs(torque() - torque(rpm=7500)).max(), 0)
+        scene = kerf.Scene.read(ROOT / "scenes/bur_groove.toml")
+        bone = scene.bone()
+        steps = scene.steps()[:1500]
+        poses = np.stack([steps[name] for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")], axis=1)
+        thrust = [kerf.Simulation.from_scene(scene, bone).run(poses, **speed)["thrust_sum_N"].sum()
+                  for speed in ({}, {"rpm": scene.rpm}, {"rpm": -7500})]
+        self.assertEqual(thrust[0], thrust[1])
+        self.assertNotEqual(thrust[0], thrust[2])
+
     def test_slab_agrees_with_a_run_of_its_scene(self):
         scene = kerf.Scene.read(ROOT / "scenes/paper_block.toml").with_value("simulation", "mode", "slab")
         result = kerf.run(scene)
@@ -750,6 +767,8 @@ class BadInput(unittest.TestCase):
             (lambda: simulation.tick("here"), "array of numbers"),
             (lambda: simulation.run(np.zeros((4, 5))), r"\(4, 5\)"),
             (lambda: simulation.run(np.zeros((4, 3)), rpm=[1, 2]), "4, one for each pose"),
+            (lambda: simulation.run(np.zeros((4, 3)), rpm=float("nan")), "rpm = nan"),
+            (lambda: simulation.tick((0, 0, 0), rpm=-2e9), "rpm = -2"),
             (lambda: simulation.set_down((float("inf"), 0, 0)), "pose"),
             (lambda: kerf.HandSimulation(bone, start).checkpoint("a"), "undo_MB"),
             (lambda: bone.phi([1, 2, 3]), r"\(n, 3\)"),

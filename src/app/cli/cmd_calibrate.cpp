@@ -33,7 +33,8 @@ void ApplySetting(const std::string& setting, LinearLaw& law, CalibrationParams&
   const std::size_t at = setting.find('=');
   const auto value = at == std::string::npos ? std::nullopt : ParseNumber(setting.substr(at + 1));
   if (!value) {
-    throw CLI::ValidationError("--set", fmt::format("'{}' must be key=value, such as crossover_share=0.25", setting));
+    throw CLI::ValidationError(
+        "--set", fmt::format("'{}' must be key=value with a number, such as crossover_share=0.25", setting));
   }
   const std::string key = setting.substr(0, at);
   try {
@@ -93,10 +94,8 @@ void AddCalibrateCommand(CLI::App& app) {
                       "crossover_share, edge_radius_um, reference_E_star_MPa; default: the law's");
   AddNumber(*command, "--bootstrap", options->params, "bootstrap")->capture_default_str();
   AddNumber(*command, "--seed", options->params, "seed")->capture_default_str();
-  command
-      ->add_option("-o,--output", options->folder,
-                   "Folder for law block, figure, report and JSON; created if missing; default: none")
-      ->check([](const std::string& text) { return text.empty() ? std::string("the name is empty") : std::string(); });
+  command->add_option("-o,--output", options->folder,
+                      "Folder for law block, figure, report and JSON; created if missing; default: none");
   command->add_flag("--json", options->json, "Print as JSON (calibrate.json)");
   command->callback([options] { Run(*options); });
 }

@@ -46,10 +46,6 @@ void PrintValidation(const Validation& v, const std::vector<std::string>& files,
   fmt::print("\n");
 }
 
-std::string CheckNotEmptyName(const std::string& text) {
-  return text.empty() ? "the name is empty" : "";
-}
-
 void Run(const ValidateArguments& options) {
   RequirePictures();
   std::vector<ForceLaw> laws;
@@ -85,21 +81,17 @@ void AddValidateCommand(CLI::App& app) {
   const auto options = std::make_shared<ValidateArguments>();
   CLI::App* command = app.add_subcommand(
       "validate", "Compare the force laws with published measurements, set by set; a report, not a verdict");
-  command
-      ->add_option("scene", options->scene,
-                   "Scene whose force law is compared too, with the values and the table of its [force]")
-      ->check(CheckNotEmptyName);
+  command->add_option("scene", options->scene,
+                      "Scene whose force law is compared too, with the values and the table of its [force]");
   command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; created if missing")
       ->capture_default_str();
   command
       ->add_option("--laws", options->laws,
                    "Force laws to compare, separated by commas, with their default parameters; default: all")
       ->delimiter(',');
-  command
-      ->add_option("--sets", options->sets,
-                   "Folder with further sets of measurements (NAME.toml, docs/formats.md); a set replaces the "
-                   "built-in one of the same name")
-      ->check(CheckNotEmptyName);
+  command->add_option("--sets", options->sets,
+                      "Folder with further sets of measurements (NAME.toml, docs/formats.md); a set replaces the "
+                      "built-in one of the same name");
   command->add_flag("--json", options->json, "Print as JSON (validate.json)");
   command->callback([options] { Run(*options); });
 }

@@ -92,6 +92,15 @@ void RemoveEmptyDefaults(CLI::App& command) {
   for (CLI::App* child : command.get_subcommands({})) RemoveEmptyDefaults(*child);
 }
 
+/// Refuses "" as the value of an option or argument: usually a variable of a script that is not set.
+void RefuseEmptyValues(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_items_expected_max() == 0) continue;  // a flag
+    option->check(CLI::Validator([](std::string& text) { return text.empty() ? "must not be empty" : ""; }, ""));
+  }
+  for (CLI::App* child : command.get_subcommands({})) RefuseEmptyValues(*child);
+}
+
 /// Adds --no-cache to the commands that make the bone of a scene.
 void AddCacheOption(CLI::App& app) {
   for (const char* const name : {"run", "loop", "replay", "rehearse", "practise", "score", "assess", "compare", "check",
@@ -124,6 +133,7 @@ void AddCommands(CLI::App& app) {
   AddCacheOption(app);
   RemoveEmptyDefaults(app);
   FindInputs(app);
+  RefuseEmptyValues(app);
   for (const Example& example : kExamples) {
     CLI::App* command = FindCommand(app, example.command);
     if (command != nullptr && !command->get_allow_extras()) command->footer(std::string("Example:\n  ") + example.line);

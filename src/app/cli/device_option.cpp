@@ -101,10 +101,6 @@ bool IsFirmwareOptionGiven(const DeviceOption& option) {
   return !option.falcon_firmware.empty() && (variable == nullptr || option.falcon_firmware != variable);
 }
 
-std::string CheckNotEmpty(const std::string& text) {
-  return text.empty() ? "must not be empty" : "";
-}
-
 void CheckOptionMatchesDevice(std::string_view kind, const char* name, bool given, std::string_view chosen) {
   if (!given || chosen == kind) return;
   throw CLI::ValidationError(name, fmt::format("is for the device \"{}\", not for \"{}\"", kind, chosen));
@@ -130,17 +126,14 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option) {
       .add_option(
           "--falcon-firmware", option.falcon_firmware,
           "Firmware file of the Novint Falcon, from its manufacturer; not needed if another program has loaded it")
-      ->envname(kFalconFirmwareVariable)
-      ->check(CheckNotEmpty);
-  command
-      .add_option("--wooden", option.wooden,
-                  "Dimensions of a WoodenHaptics device (TOML, like volumes/wooden_2016.toml); default: those of 2016")
-      ->check(CheckNotEmpty);
+      ->envname(kFalconFirmwareVariable);
+  command.add_option(
+      "--wooden", option.wooden,
+      "Dimensions of a WoodenHaptics device (TOML, like volumes/wooden_2016.toml); default: those of 2016");
   CLI::Option* bridge = command.add_option("--bridge", option.bridge,
                                            fmt::format("Address of the bridge program of a device with a "
                                                        "manufacturer's library, ADDRESS[:PORT]; default: 127.0.0.1:{}",
                                                        kBridgePort));
-  bridge->check(CheckNotEmpty);
   command
       .add_flag("--bridge-elsewhere", option.bridge_elsewhere,
                 "Allow a bridge on another machine; anyone who can send to it can move the device")
@@ -158,7 +151,6 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
   }
   CLI::Option* device =
       command.add_option(kDeviceOption, option.device, what)->check([played](const std::string& name) {
-        if (name.empty()) return CheckNotEmpty(name);
         return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" works only with 'kerf loop'", name);
       });
   AddDriverOptions(command, option);

@@ -34,8 +34,6 @@ void CheckMaskOptions(const CLI::App& command, const MaskArguments& mask) {
     for (const char* option : {"--labels", "--label", "--mask-threshold", "--mask-reach"}) {
       if (command.count(option) > 0) throw CLI::ValidationError(option, "applies to a mask only; name one with --mask");
     }
-  } else if (mask.file.empty()) {
-    throw CLI::ValidationError("--mask", "names no file");
   }
   for (const std::string& assignment : mask.labels.assignments) {
     try {

@@ -332,15 +332,16 @@ void Edge::SumParts() {
 /// Returns the squared cosines between the osteons and the directions of a point of the edge. All are 0 if the
 /// direction of the osteons is unknown, or on the spindle's axis.
 OsteonShares Edge::CalcOsteonShares(const Probe& probe, std::size_t i) const {
+  if (!osteons_W_) return {};
   const Point& point = points_[i];
-  const double radius_mm = std::hypot(point.p_T.x, point.p_T.y);
-  if (!osteons_W_ || (!is_chain_ && !(radius_mm > 0))) return {};
   const Vec3 osteons_T = probe.X_WT().InverseVector(*osteons_W_);
   if (is_chain_) {
     const double along = glm::dot(osteons_T, Vec3(-point.e_T.y, point.e_T.x, 0));
     const double into = glm::dot(osteons_T, point.e_T);
     return {along * along, into * into, osteons_T.z * osteons_T.z};
   }
+  const double radius_mm = std::hypot(point.p_T.x, point.p_T.y);
+  if (!(radius_mm > 0)) return {};
   const double along = glm::dot(osteons_T, Vec3(-point.p_T.y, point.p_T.x, 0)) / radius_mm;
   const double into = glm::dot(osteons_T, point.e_T);
   return {along * along, into * into, std::max(0.0, 1 - along * along - into * into)};

@@ -191,6 +191,8 @@ double StepProblem::MeanCuttingForce(const CuttingPoint& point, double speed, co
     return cutting_share * cutting_N;
   }
   const double cutting_N = law.cutting(law, bite_mm, point.cut);
+  // Nothing but the law acts: the ratio below is 1.
+  if (arc_rad == 0 && ramp_mm_per_s == 0 && cutting_share == 1) return bite_mm > 0 ? cutting_N : 0;
   const double thrust_N = law.thrust(law, bite_mm, point.cut);
   // The parts of the teeth and of the ramp that act are the same for both forces.
   if (thrust_N > 0) return cutting_N * (mean.radial_N / thrust_N);

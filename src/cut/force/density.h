@@ -20,8 +20,9 @@ inline constexpr LawParameter kModulusExponent{
     "modulus_exponent", 1.93, 0.5, 10,
     "b: E is proportional to density^b, by the relation that gave E (human trabecular bone of four sites: 1.49 to "
     "2.18); only with density_exponent"};
+// The range begins above all moduli of bone in GPa.
 inline constexpr LawParameter kDensityReferenceE{
-    "reference_E_MPa", kMeasuredE_MPa, 1, 1e6,
+    "reference_E_MPa", kMeasuredE_MPa, 50, 1e6,
     "E of the bone in which the law's forces were measured; only with density_exponent"};
 
 /// Returns the factor on forces in bone. `power`: n / b. Tick-safe.

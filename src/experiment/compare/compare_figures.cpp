@@ -12,9 +12,9 @@
 namespace kerf {
 namespace {
 
-// Okabe and Ito's palette, whose colours colour-blind people can distinguish.
+// Okabe and Ito's palette, whose colours colour-blind people can distinguish, without those of the slabs.
 constexpr std::array<Rgb8, 6> kColours{
-    {{33, 37, 43}, {0, 114, 178}, {230, 159, 0}, {0, 158, 115}, {204, 121, 167}, {86, 180, 233}}};
+    {{33, 37, 43}, {0, 114, 178}, {204, 121, 167}, {86, 180, 233}, {230, 159, 0}, {140, 140, 140}}};
 constexpr Rgb8 kSlabAsComputed{213, 94, 0};
 constexpr Rgb8 kSlabCorrected{0, 158, 115};
 constexpr std::array<Rgb8, 6> kBandColours{
@@ -27,7 +27,7 @@ constexpr double kLinearRatio = 10;
 Rgb8 ColourOf(const Comparison& c, std::size_t k) {
   const CompareCase& what = c.cases[k].what;
   if (what.slab) return what.reading == PaperReading::kAsComputed ? kSlabAsComputed : kSlabCorrected;
-  return k == 0 ? kColours[0] : kColours[1 + (k - 1) % 2 * 3];
+  return kColours[k % kColours.size()];
 }
 
 /// Returns the depth ranges, each in one region, labelled with the region's number and, if there is room, its name.
@@ -73,6 +73,7 @@ PlotSeries MakeSeries(const Comparison& c, std::size_t k) {
   series.label = c.cases[k].what.label;
   series.colour = ColourOf(c, k);
   series.width = k == 0 ? 3 : 2;
+  if (k >= 3) series.dash = 3 * static_cast<double>(k);  // so that they differ in grey as well
   for (std::size_t i = 0; i < c.grid.count; ++i) series.x.push_back(c.grid.Centre(i));
   return series;
 }

@@ -172,6 +172,7 @@ StudySpec ParseStudy(const std::string& text, const std::string& file, const std
     TableReader reader(*base, "[base]", faults);
     Describe(spec.base, reader);
     reader.Finish();
+    spec.names_law = reader.Has("law");
   }
   const std::vector<const TomlNode*> knobs = root.Tables("knob", StudyKnobs().size());
   ReadScenes(root, file, built_in, spec, faults);

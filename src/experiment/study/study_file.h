@@ -39,13 +39,15 @@ struct StudySpec {
   int ticks_of_defaults = 100'000;      // the same for the base settings
   double reference_tolerance = 1e-3;    // permitted change between two refinements, as a fraction of the force
   StudySettings base;
+  bool names_law = false;  // [base] names a law; otherwise that of the scenes applies, if there are any
   std::vector<KnobSweep> knobs;
 };
 
 /// Throws Error with a line `file:line:column: ...` for each fault: unknown keys, wrong types, values out of range.
 /// `built_in`: the names of the built-in paths. Does not read the scene files.
 StudySpec ParseStudy(const std::string& text, const std::string& file, const std::vector<std::string>& built_in);
-/// Also reads the scenes, for their content_hash; reports their faults as `kerf check` does.
+/// Also reads the scenes, for their law and their content_hash; reports their faults as `kerf check` does. Throws Error
+/// if the scenes name different laws and [base] names none.
 StudySpec ReadStudyFile(const std::string& file, const std::vector<std::string>& built_in);
 /// Returns the default study as a file with comments.
 std::string DefaultStudyToml();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -16,8 +17,11 @@ constexpr int kFitSchema = 1;
 constexpr double kSixDigits = 1e-5;  // relative rounding of law.toml, doubled
 
 FitInterval MakeInterval(const LawParameter& p, const nlohmann::json& ends, const char* basis) {
-  return {p.key, std::clamp(ends.at(0).get<double>(), p.lower, p.upper),
-          std::clamp(ends.at(1).get<double>(), p.lower, p.upper), basis};
+  const auto [lower, upper] = ends.get<std::array<double, 2>>();
+  if (ends.size() != 2 || !(lower <= upper)) {
+    throw Error(fmt::format("{} is not an interval of {}", ends.dump(), p.key));
+  }
+  return {p.key, std::clamp(lower, p.lower, p.upper), std::clamp(upper, p.lower, p.upper), basis};
 }
 
 }  // namespace
@@ -32,8 +36,11 @@ std::vector<FitInterval> ParseFit(const std::string& text, const std::string& fi
     const bool of_specimens = json.at("bootstrap").at("of") == "specimens";
     std::vector<FitInterval> fit;
     for (const nlohmann::json& parameter : json.at("parameters")) {
-      if (parameter.at("state") != "fitted" && parameter.at("state") != "at 0") continue;
       const std::string key = parameter.at("key");
+      const std::string state = parameter.at("state");
+      if (state == "kept" || state == "not determined") continue;
+      if (state != "fitted" && state != "at 0") throw Error(fmt::format("{} has the unknown state {}", key, state));
+      if (std::ranges::find(fit, key, &FitInterval::key) != fit.end()) throw Error(key + " is listed twice");
       const double value = parameter.at("value");
       if (const double own = law.Get(key); !(std::abs(own - value) <= kSixDigits * std::abs(value))) {
         throw Error(
@@ -46,6 +53,8 @@ std::vector<FitInterval> ParseFit(const std::string& text, const std::string& fi
         fit.push_back(MakeInterval(p, bootstrap, "95 % interval of the fit, bootstrap over specimens"));
       } else if (!interval.is_null()) {
         fit.push_back(MakeInterval(p, interval, "95 % interval of the fit, t distribution"));
+      } else {
+        throw Error(key + " has no interval");
       }
     }
     return fit;

@@ -126,6 +126,7 @@ Simulated SimulateQuantity(const ForceLaw& law, const MeasuredSet& set, std::str
                         : kind == kToolBladeForce ? SimulateBladeForce(law, set.tool, c)
                         : kind == kToolBladeFeed  ? SimulateBladeFeed(law, set, quantity, c)
                                                   : Simulated{kNotGiven, "the set has no tool"};
+  if (simulated.why.empty() && !std::isfinite(simulated.value)) return {kNotGiven, "the law's cutting force is 0"};
   simulated.assumed_ratio = assumed;
   return simulated;
 }

@@ -209,7 +209,8 @@ void AddTeeth(std::string& text, const Validation& v) {
     const ToothRun& r = check.run;
     table.Add({fmt::format("`{}`", v.names[check.law]), fmt::format("{:g}", r.bite_um),
                fmt::format("{:.4g}", r.removed_bite_um), fmt::format("{:.4g}", r.thrust_N),
-               fmt::format("{:.4g}", r.law_N), fmt::format("{:+.2f} %", 100 * (r.thrust_N / r.law_N - 1))});
+               fmt::format("{:.4g}", r.law_N),
+               r.law_N > 0 ? fmt::format("{:+.2f} %", 100 * (r.thrust_N / r.law_N - 1)) : "-"});
   }
   text += table.FormatMarkdown() + "\n";
 }

@@ -167,6 +167,10 @@ void FindMoveWarnings(const Scene& scene, const Tool& tool, std::vector<std::str
   const bool blade = IsBlade(tool);
   const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
   const bool side_is_smooth = solid && !solid->side_cuts;
+  if (side_is_smooth && scene.tool.reverse) {
+    warnings.emplace_back(
+        "[tool] reverse: a drill that turns backwards does not cut, but kerf lets its lips cut as usual");
+  }
   const std::vector<Move> moves = ListMoves(scene.path);
   double length_mm = 0;
   double wrong_mm = 0;  // out of the plane, or away from the axis

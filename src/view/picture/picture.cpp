@@ -219,12 +219,17 @@ void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
   for (const Arrow& arrow : spec.arrows) {
     const ViewFrame::Pixel tail = frame.Project(arrow.tail_W);
     const ViewFrame::Pixel tip = frame.Project(arrow.tip_W);
-    // The label is placed beyond the tail, on the side away from the tip.
+    // The label is placed beyond the tail, on the side away from the tip, and on a plate: it may lie on the tool.
     const bool to_right = tail.column >= tip.column;
     const double gap = 0.6 * layout.text_size;
-    overlay.AddText(
-        arrow.label, tail.column + (to_right ? gap : -gap), tail.row - 0.5 * layout.text_size,
-        {layout.text_size, spec.dark ? strong : arrow.colour, true, to_right ? Align::kLeft : Align::kRight});
+    const double top = tail.row - 0.5 * layout.text_size;
+    const TextStyle style{layout.text_size, spec.dark ? strong : arrow.colour, true,
+                          to_right ? Align::kLeft : Align::kRight};
+    const double width = overlay.MeasureText(arrow.label, style).width + gap;
+    const double left = tail.column + (to_right ? 0.5 * gap : -0.5 * gap - width);
+    if (!arrow.label.empty())
+      overlay.AddBox(left, top - 0.2 * gap, width, 1.5 * layout.text_size, spec.dark ? kDark : kWhite);
+    overlay.AddText(arrow.label, tail.column + (to_right ? gap : -gap), top, style);
   }
 }
 

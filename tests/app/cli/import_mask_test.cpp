@@ -83,7 +83,7 @@ TEST_F(ImportMask, InvalidUseIsExplained) {
   EXPECT_THAT(usage("ct.nrrd --label 2=mandible"), HasSubstr("--label: applies to a mask only; name one with --mask"));
   EXPECT_THAT(usage("--mask bare.nrrd --iso 500"), HasSubstr("--iso: does not apply to a mask without a CT"));
   EXPECT_THAT(usage("ct.nrrd --mask bare.nrrd --no-isolate"), HasSubstr("--no-isolate: imports all bone"));
-  EXPECT_THAT(usage("ct.nrrd --mask ''"), HasSubstr("--mask: names no file"));
+  EXPECT_THAT(usage("ct.nrrd --mask ''"), HasSubstr("--mask: must not be empty"));
   EXPECT_THAT(usage("--mask bare.nrrd --label 1=foo"), HasSubstr("'foo' is no role"));
   EXPECT_THAT(usage("--mask bare.nrrd --label metal"), HasSubstr("should be LABEL=ROLE"));
   EXPECT_THAT(usage("ct.stl --mask bare.nrrd"), HasSubstr("--mask: applies to a CT only"));

@@ -328,8 +328,9 @@ TEST(Handpiece, HasABoundedNumberOfPoints) {
   BoneField field(bone, 64);
   for (const double spacing_mm : {0.5, 3.0, 20.0}) {
     for (const Tool& tool :
-         {Tool(DiscSaw{}), Tool(DiscSaw{.diameter_mm = 70}), Tool(BallBurr{}), Tool(FissureBur{.diameter_mm = 0.5}),
-          Tool(TwistDrill{}), Tool(OscillatingBlade{}), Tool(ReciprocatingBlade{}), Tool(PiezoInsert{})}) {
+         {Tool(DiscSaw{}), Tool(DiscSaw{.diameter_mm = 1}), Tool(DiscSaw{.diameter_mm = 70}), Tool(BallBurr{}),
+          Tool(FissureBur{.diameter_mm = 0.5}), Tool(TwistDrill{}), Tool(TwistDrill{.diameter_mm = 0.3}),
+          Tool(OscillatingBlade{}), Tool(ReciprocatingBlade{}), Tool(PiezoInsert{})}) {
       const HolderPoints points(field, tool, spacing_mm);
       EXPECT_LE(points.points().size(), HolderPoints::kMaxPoints);
       EXPECT_GT(points.points().size(), 100);

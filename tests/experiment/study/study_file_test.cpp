@@ -203,6 +203,26 @@ TEST(StudyFile, ScenesOfAStudyAreReadAndTheirContentAffectsTheHash) {
               HasSubstr("cut.toml: there is no such file"));
 }
 
+TEST(StudyFile, LawIsThatOfTheScenesUnlessTheBaseNamesOne) {
+  test::Folder folder;
+  const std::string scene = ReadTextFile(std::string(KERF_SOURCE_DIR) + "/scenes/bur_groove.toml");
+  ASSERT_THAT(scene, Not(HasSubstr("[force]")));
+  test::WriteBytes(folder.file("a.toml"), scene);
+  test::WriteBytes(folder.file("b.toml"), scene + "\n[force]\nlaw = \"edge_plus_chip\"\n");
+  const std::string a = "[[scene]]\nname = \"a\"\nfile = \"a.toml\"\n";
+  const std::string b = "[[scene]]\nname = \"b\"\nfile = \"b.toml\"\n";
+  const auto law_of = [&](const std::string& text) {
+    test::WriteBytes(folder.file("study.toml"), text);
+    return ReadStudyFile(folder.file("study.toml"), kStudyFilePaths).base.law;
+  };
+  EXPECT_EQ(law_of(""), "hertz_chip");  // of the study's own paths
+  EXPECT_EQ(law_of(a), ForceLaw().name());
+  EXPECT_EQ(law_of(b), "edge_plus_chip");
+  EXPECT_EQ(law_of("[base]\nlaw = \"hertz_chip\"\n" + a + b), "hertz_chip");
+  EXPECT_THAT(test::MessageOf([&] { law_of(a + b); }),
+              HasSubstr("\"a\" and \"b\" name the laws two_component and edge_plus_chip; name one in [base]"));
+}
+
 TEST(StudyFile, HashDependsOnlyOnWhatAffectsResults) {
   const std::string text = "title = \"a\"\n[[knob]]\nname = \"voxel_mm\"\nvalues = [0.2]\n";
   const std::uint64_t hash = HashOf(Parse(text));

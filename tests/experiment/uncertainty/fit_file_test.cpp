@@ -108,6 +108,17 @@ TEST(FitFile, AFitOfOtherValuesIsRefused) {
               HasSubstr("it is a fit of the law edge_plus_chip, and the scene has two_component"));
   EXPECT_THAT(message("{}", law), HasSubstr("is not a calibrate.json of 'kerf calibrate', or is damaged"));
   EXPECT_THAT(message("edge", law), HasSubstr("calibrate.json"));
+  EXPECT_THAT(message(MakeFitText(9, 11, 7), law), HasSubstr("[11,7] is not an interval of edge_N_per_mm"));
+  EXPECT_THAT(message(MakeFitText(9, 7, 11, "[7, 8, 9]", "specimens"), law), HasSubstr("is not an interval"));
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string text = MakeFitText(9, 7, 11);
+    return text.replace(text.find(from), from.size(), to);
+  };
+  EXPECT_THAT(message(changed("[7, 11]", "null"), law), HasSubstr("edge_N_per_mm has no interval"));
+  EXPECT_THAT(message(changed("\"fitted\"", "\"sure\""), law), HasSubstr("has the unknown state sure"));
+  std::string twice = changed("\"chip_N_per_mm2\", \"state\": \"kept\", \"value\": 0",
+                              "\"edge_N_per_mm\", \"state\": \"fitted\", \"value\": 9");
+  EXPECT_THAT(message(twice, law), HasSubstr("edge_N_per_mm is listed twice"));
 }
 
 }  // namespace

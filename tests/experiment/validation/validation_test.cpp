@@ -239,6 +239,22 @@ TEST(SceneLaw, GivesTheNumbersOfItsLawAndOfItsValues) {
   EXPECT_THAT(FormatValidationJson(own), HasSubstr("\"law\": \"mine: edge_plus_chip\""));
 }
 
+TEST(SceneLaw, AForceOfZeroHasNoRatio) {
+  ForceLaw nothing("two_component");
+  for (const char* key :
+       {"thrust_edge_N_per_mm", "thrust_chip_N_per_mm2", "cutting_edge_N_per_mm", "cutting_chip_N_per_mm2"}) {
+    nothing.Set(key, 0);
+  }
+  const MeasuredSet set = MakeSet(std::string(kToothAtSpeed) +
+                                  "[[value]]\nquantity = \"thrust_per_cutting\"\nbite_um = 2.5\nobtained = \"read\"\n"
+                                  "low = 1\nhigh = 2\n[[value]]\nquantity = \"thrust_N\"\nbite_um = 2.5\n"
+                                  "obtained = \"read\"\nlow = 1\nhigh = 2\n");
+  const Validation v = CompareWithMeasurements({}, {set}, {}, SceneLaw{"mine", nothing});
+  EXPECT_EQ(v.values[0].verdict, "not compared: the law's cutting force is 0");
+  EXPECT_EQ(v.values[1].verdict, "below, 0 times");
+  EXPECT_THAT(FormatValidationReport(v), testing::Not(HasSubstr("nan")));
+}
+
 TEST(SceneLaw, ATableWithoutCorticalBoneIsRefused) {
   ForceTable table;
   for (const double bite_um : {2.5, 10.0}) table.Add({"cancellous", bite_um, 2.0, 1.0, "test"});

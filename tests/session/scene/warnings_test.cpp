@@ -118,6 +118,17 @@ std::vector<std::string> WarningsOfStrokes(const Tool& tool, const std::vector<V
   return warnings;
 }
 
+TEST(Doubts, DrillThatTurnsBackwardsIsNamed) {
+  Scene scene;
+  const auto backwards = testing::Contains(testing::HasSubstr("a drill that turns backwards does not cut"));
+  scene.tool.shape = TwistDrill{};
+  EXPECT_THAT(FindWarnings(scene, 0.1), testing::Not(backwards));
+  scene.tool.reverse = true;
+  EXPECT_THAT(FindWarnings(scene, 0.1), backwards);
+  scene.tool.shape = DiscSaw{};
+  EXPECT_THAT(FindWarnings(scene, 0.1), testing::Not(backwards));
+}
+
 TEST(Doubts, ToolThatGoesTopFirstIsNamed) {
   const auto top_first = testing::ElementsAre(
       testing::MatchesRegex("stroke 1 moves the (drill|bur) with its top first: it removes bone, but without a force; "
