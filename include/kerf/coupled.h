@@ -47,7 +47,8 @@ struct CoupledInput {
   Vec3 w_H_W_rad_per_s{0};
   // 0 to 1; other values are bad input. Below 1e-6 the tick does nothing and repeats the last forces.
   double dt_s = 0.001;
-  double rpm = 7500;  // spindle speed, |rpm| <= kMaxRpm, stopped if |rpm| < 1; sign: direction of rotation about +z
+  double rpm = 7500;  // spindle speed, within kMaxRpm and CalcRateRange(), stopped if |rpm| < 1; sign: direction of
+                      // rotation about +z
 };
 
 /// Bits of CoupledOutput::status. Each comment states the condition and, where it applies, what the tick did instead.

@@ -137,7 +137,8 @@ struct Runner {
   std::vector<double> values;                // the effects' after a tick
   double time_s = 0;
   double removed_mm3 = 0;
-  double rpm = 0;  // of ticks that state none
+  double rpm = 0;            // of ticks that state none
+  double max_rpm = kMaxRpm;  // in size; more strokes are valid for a piezo insert
   std::size_t ticks = 0;
   std::atomic<bool> busy = false;
 };
@@ -172,6 +173,7 @@ std::unique_ptr<PathRunner> MakePathRunner(const Bone& bone, const SimulationPar
                                            double rpm) {
   auto runner = std::make_unique<PathRunner>(bone, params, X_WT_start);
   runner->rpm = rpm;
+  runner->max_rpm = std::max(kMaxRpm, CalcRateRange(params.tool).upper);
   FindChannels(*runner);
   runner->warnings.emplace(params, bone, X_WT_start, runner->channels);
   return runner;
@@ -243,9 +245,11 @@ void Warn(AnyRunner& runner) {
 }
 
 /// Throws kerf::Error if a spindle speed is out of range; a tick of the library would be refused without a word.
-double CheckRpm(double rpm) {
-  if (!(std::abs(rpm) <= kMaxRpm)) {
-    throw Error("rpm = " + py::repr(py::float_(rpm)).cast<std::string>() + " is out of range; valid range -1e6 to 1e6");
+double CheckRpm(double rpm, double max_rpm) {
+  if (!(std::abs(rpm) <= max_rpm)) {
+    throw Error(py::str("rpm = {!r} is out of range; valid range {:g} to {:g}")
+                    .format(rpm, -max_rpm, max_rpm)
+                    .cast<std::string>());
   }
   return rpm;
 }
@@ -261,8 +265,9 @@ auto RunSingleTick(AnyRunner& runner, const Input& in) {
 
 template <typename AnyRunner>
 TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, std::optional<double> rpm) {
-  return RunSingleTick(runner,
-                       TickInput{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = CheckRpm(rpm.value_or(runner.rpm))});
+  return RunSingleTick(
+      runner,
+      TickInput{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = CheckRpm(rpm.value_or(runner.rpm), runner.max_rpm)});
 }
 
 template <typename V>
@@ -272,12 +277,14 @@ void VisitValues(const std::vector<std::string>& names, const std::vector<double
 
 /// Poses with the duration and the spindle speed of each tick.
 struct Inputs {
-  /// `default_rpm` applies if `speeds` is None.
-  Inputs(const py::object& poses, const char* name, const py::object& dt, const py::object& speeds, double default_rpm)
+  /// The runner's speed applies if `speeds` is None.
+  template <typename AnyRunner>
+  Inputs(const AnyRunner& runner, const py::object& poses, const char* name, const py::object& dt,
+         const py::object& speeds)
       : X(ToPoses(poses, name)),
         dt_s(ToNumbers(dt, X.size(), "dt")),
-        rpm(speeds.is_none() ? std::vector<double>(X.size(), default_rpm) : ToNumbers(speeds, X.size(), "rpm")) {
-    for (const double speed : rpm) CheckRpm(speed);
+        rpm(speeds.is_none() ? std::vector<double>(X.size(), runner.rpm) : ToNumbers(speeds, X.size(), "rpm")) {
+    for (const double speed : rpm) CheckRpm(speed, runner.max_rpm);
   }
   std::vector<Pose> X;
   std::vector<double> dt_s;
@@ -325,7 +332,7 @@ py::array RunRows(AnyRunner& runner, const std::vector<Pose>& X, const py::objec
 template <typename AnyRunner>
 py::array RunOnPath(AnyRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
                     const py::object& progress) {
-  const Inputs in(poses, "poses", dt, rpm, runner.rpm);
+  const Inputs in(runner, poses, "poses", dt, rpm);
   return RunRows(runner, in.X, progress, [&](std::size_t i) {
     return RunTick(runner, TickInput{.X_WT = in.X[i], .dt_s = in.dt_s[i], .rpm = in.rpm[i]});
   });
@@ -344,6 +351,7 @@ std::unique_ptr<HandRunner> MakeHandRunner(const Bone& bone, const CoupledParams
                                            double undo_MB, double rpm) {
   auto runner = std::make_unique<HandRunner>(bone, params, X_WT_start);
   runner->rpm = rpm;
+  runner->max_rpm = std::max(kMaxRpm, CalcRateRange(params.tool).upper);
   if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
   FindChannels(*runner);
   runner->warnings.emplace(params, bone, runner->channels);
@@ -377,7 +385,8 @@ std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const 
 
 CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, std::optional<double> rpm,
                          const py::object& velocity, const py::object& angular_velocity) {
-  CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = CheckRpm(rpm.value_or(runner.rpm))};
+  CoupledInput in{
+      .X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = CheckRpm(rpm.value_or(runner.rpm), runner.max_rpm)};
   if (!velocity.is_none()) in.v_H_W_mm_per_s = ToVec3(velocity, "velocity");
   if (!angular_velocity.is_none()) in.w_H_W_rad_per_s = ToVec3(angular_velocity, "angular_velocity");
   return RunSingleTick(runner, in);
@@ -385,7 +394,7 @@ CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt
 
 py::array RunInHand(HandRunner& runner, const py::object& handles, const py::object& dt, const py::object& rpm,
                     const py::object& velocities, const py::object& progress) {
-  const Inputs in(handles, "handles", dt, rpm, runner.rpm);
+  const Inputs in(runner, handles, "handles", dt, rpm);
   std::vector<Vec3> v;
   if (!velocities.is_none()) {
     v = ToPoints(velocities, "velocities");
