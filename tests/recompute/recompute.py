@@ -24,7 +24,7 @@ try:
 
     import kerf
 except ModuleNotFoundError as missing:
-    print(f"skipped: {missing}")
+    print(f"skipped: {missing}; install python3-numpy, and set PYTHONPATH to kerf's Python module")
     sys.exit(77)
 
 warnings.simplefilter("ignore")  # of kerf: about coarse voxels and bites outside the laws' measurements

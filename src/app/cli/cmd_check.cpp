@@ -146,9 +146,7 @@ void Run(const CheckArguments& options) {
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  bone   {}\n", checked.bone);
   fmt::print("  moduli {}\n", DescribeMaterial(scene, checked.material));
-  const std::string sense = DescribeSense(scene.tool);
-  fmt::print("  tool   {}, {}{}{}\n", DescribeTool(scene.tool.shape), DescribeRate(scene.tool),
-             sense.empty() ? "" : ", ", sense);
+  fmt::print("  tool   {}\n", DescribeDrivenTool(scene.tool));
   const std::size_t parts = path.segments().size();
   fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
              scene.path.strokes.empty() ? "segment"

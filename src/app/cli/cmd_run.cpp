@@ -16,6 +16,7 @@
 #include "cut/tool/words.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_slab_scene.h"
+#include "session/scene/saws.h"
 #include "session/scene/scene.h"
 
 namespace kerf::cli {
@@ -53,6 +54,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print("  bone      {:.2f} cm3 at {:g} mm voxels, {:.0f} MB\n", s.volume_before_mm3 / 1000, s.voxel_mm,
              s.bone_memory_MB);
   fmt::print("  material  {}\n", DescribeMaterial(scene, s.material));
+  fmt::print("  tool      {}\n", DescribeDrivenTool(scene.tool));
   fmt::print("  removed   {:.2f} mm3", s.removed_mm3);
   std::map<std::string, double> by_tissue;
   for (const auto& [id, mm3] : s.removed_mm3_by_region) {

@@ -9,6 +9,7 @@
 
 #include "base/core/foreign_format.h"
 #include "base/core/nearest_name.h"
+#include "base/core/printable.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -119,7 +120,7 @@ std::string_view Trim(std::string_view s) {
 }
 
 std::string Quote(std::string_view s) {
-  return s.size() <= 60 ? fmt::format("\"{}\"", s) : fmt::format("\"{}...\"", s.substr(0, 57));
+  return Printable(s.size() <= 60 ? fmt::format("\"{}\"", s) : fmt::format("\"{}...\"", s.substr(0, 57)));
 }
 
 CsvHeaderLine ReadCsvHeader(std::string_view text) {

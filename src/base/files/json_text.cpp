@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/core/printable.h"
 #include "base/files/limits.h"
 #include "kerf/error.h"
 
@@ -35,7 +36,8 @@ nlohmann::json ParseJson(const std::string& text, const std::string& path) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& e) {
-    throw Error(fmt::format("{}: not valid JSON ({})", path, e.what()));
+    const std::string what = e.what();  // begins with "[json.exception.parse_error.101] "
+    throw Error(fmt::format("{}: not valid JSON ({})", path, Printable(what.substr(what.find(' ') + 1))));
   }
 }
 

@@ -307,10 +307,8 @@ class Calibrator {
         draws[p].push_back(1e3 * fit.crossover_mm / result_.law.Get("edge_radius_um"));
       }
     }
-    // Percentiles of fewer values than these are not those of the distribution.
-    constexpr std::size_t kMinDraws = 100;
     for (std::size_t p = 0; p < draws.size(); ++p) {
-      if (draws[p].size() < kMinDraws) continue;
+      if (draws[p].size() < std::size_t{kMinResamples}) continue;
       std::sort(draws[p].begin(), draws[p].end());
       result_.parameters[p].bootstrap = Interval{CalcQuantile(draws[p], 0.025), CalcQuantile(draws[p], 0.975)};
     }

@@ -17,6 +17,9 @@ namespace kerf {
 /// Bites between which the published forces of single saw teeth were measured (docs/physics.md).
 inline constexpr Range kPublishedBites_mm{0.002, 0.010};
 
+/// Percentiles of fewer resamples are not those of the distribution.
+inline constexpr int kMinResamples = 100;
+
 struct CalibrationParams {
   int bootstrap = 2000;
   std::uint64_t seed = 1;
@@ -25,7 +28,8 @@ struct CalibrationParams {
 };
 template <typename V>
 void Describe(CalibrationParams& p, V&& visit) {
-  visit("bootstrap", p.bootstrap, Range{0, 100000}, "number of resamples of the bootstrap; 0: no bootstrap");
+  visit("bootstrap", p.bootstrap, Range{kMinResamples, 100000, kOrZero},
+        "number of resamples of the bootstrap; 0: no bootstrap");
   visit("seed", p.seed, Range{0, 9007199254740992}, "seed of the resampling");
 }
 

@@ -27,8 +27,8 @@ FitInterval MakeInterval(const LawParameter& p, const nlohmann::json& ends, cons
 }  // namespace
 
 std::vector<FitInterval> ParseFit(const std::string& text, const std::string& file, const ForceLaw& law) {
+  const nlohmann::json json = ParseJson(text, file);
   try {
-    const nlohmann::json json = ParseJson(text, file);
     if (GetInt(json.at("schema")) != kFitSchema) throw Error("it has another version of the format");
     if (const std::string fitted = json.at("law"); fitted != law.name()) {
       throw Error(fmt::format("it is a fit of the law {}, and the scene has {}", fitted, law.name()));

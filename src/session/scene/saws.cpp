@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "base/core/csv.h"
+#include "cut/tool/words.h"
 #include "kerf/describe.h"
 #include "kerf/error.h"
 #include "saws_csv.h"
@@ -127,6 +128,11 @@ std::string DescribeRate(const SceneTool& tool) {
 std::string DescribeSense(const SceneTool& tool) {
   if (GetDrive(tool.shape) != DriveMotion::kRotation) return "";
   return fmt::format("{}clockwise as seen from the handpiece", tool.CalcTickRpm(1) < 0 ? "" : "counter-");
+}
+
+std::string DescribeDrivenTool(const SceneTool& tool) {
+  const std::string sense = DescribeSense(tool);
+  return fmt::format("{}, {}{}{}", DescribeTool(tool.shape), DescribeRate(tool), sense.empty() ? "" : ", ", sense);
 }
 
 void UseSaw(Scene& scene, const Saw& saw) {

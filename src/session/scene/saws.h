@@ -30,6 +30,9 @@ const std::vector<Saw>& BuiltInSaws();
 std::string DescribeRate(const SceneTool& tool);
 /// Returns the sense in which a tool turns, such as "clockwise as seen from the handpiece"; empty for a stroke.
 std::string DescribeSense(const SceneTool& tool);
+/// Returns what the tool is and how it moves, such as
+/// "disc 22 x 0.25 mm, 24 teeth, 7500 rpm, counter-clockwise as seen from the handpiece".
+std::string DescribeDrivenTool(const SceneTool& tool);
 
 /// Replaces the scene's tool with this saw. Keeps the grip, unless the handpiece is held at another side of the tool.
 /// For any tool but a disc, removes [slab].

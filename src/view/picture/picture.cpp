@@ -228,7 +228,7 @@ void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
     const double width = overlay.MeasureText(arrow.label, style).width + gap;
     const double left = tail.column + (to_right ? 0.5 * gap : -0.5 * gap - width);
     if (!arrow.label.empty())
-      overlay.AddBox(left, top - 0.2 * gap, width, 1.5 * layout.text_size, spec.dark ? kDark : kWhite);
+      overlay.AddBox(left, top - 0.2 * gap, width, 1.25 * layout.text_size, spec.dark ? kDark : kWhite);
     overlay.AddText(arrow.label, tail.column + (to_right ? gap : -gap), top, style);
   }
 }

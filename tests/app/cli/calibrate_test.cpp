@@ -55,7 +55,8 @@ TEST_F(Calibrate, BadUsageIsRefusedInOneSentence) {
            {"forces.csv --set crossover_share", "--set: 'crossover_share' must be key=value"},
            {"forces.csv --set crossover_shar=0.3", "did you mean \"crossover_share\"?"},
            {"forces.csv --set crossover_share=-1", "crossover_share = -1 is below 0"},
-           {"forces.csv --bootstrap -1", "--bootstrap: -1 is below 0"},
+           {"forces.csv --bootstrap 99", "valid range 100 to 100000, or 0"},
+           {"forces.csv --bootstrap -1", "--bootstrap: -1 is below 100"},
            {"", "DATA"}}) {
     const auto result = Kerf("calibrate " + arguments);
     EXPECT_EQ(result.code, 2) << arguments;
