@@ -299,6 +299,7 @@ double CalcCutWidth(const Tool& tool);   // of the groove that the tool cuts: a 
 double CalcSwingRadius(
     const Tool& tool);                  // from the swing axis to the edge, mm; 0: it turns, or its stroke is straight
 Range CalcRateRange(const Tool& tool);  // speeds that users may set as `rpm`
+double CalcOrdinaryRate(const Tool& tool);  // an ordinary speed of this kind of tool, in the terms of `rpm`
 int CountPassesPerTurn(const Tool& tool);   // teeth that pass a point of the edge in a turn of the spindle;
                                             // for a stroke: in a double stroke, rounded
 double CalcModulus(const Tool& tool);       // E, MPa

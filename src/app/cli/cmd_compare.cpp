@@ -90,7 +90,8 @@ void AddCompareCommand(CLI::App& app) {
       ->add_option("--laws", options->params.laws,
                    "Force laws for voxel mode in addition to the scene's, separated by commas, with their default "
                    "parameters; \"all\": every law; default: none")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   AddNumber(*command, "--depth-step", options->params, "depth_step_mm")->capture_default_str();
   AddNumber(*command, "--repeat", options->params, "repetitions")->capture_default_str();
   command->add_flag("--json", options->json, "Print as JSON (compare.json)");

@@ -13,6 +13,7 @@
 #include "experiment/validation/validation.h"
 #include "experiment/validation/validation_files.h"
 #include "kerf/error.h"
+#include "session/run/run_scene.h"
 #include "session/scene/scene.h"
 #include "view/picture/picture.h"
 
@@ -41,6 +42,9 @@ void PrintValidation(const Validation& v, const std::vector<std::string>& files,
   fmt::print(
       "  values: within 2 standard deviations or inside the range; calibration: sets from which the law's "
       "parameters were derived\n");
+  if (!v.names.empty() && v.names.back() != v.laws.back().name()) {
+    fmt::print("  {}: a law with values of its own counts as calibrated from no set\n", v.names.back());
+  }
   fmt::print("  results   {}/:", folder);
   for (const std::string& file : files) fmt::print(" {}", file);
   fmt::print("\n");
@@ -58,6 +62,7 @@ void Run(const ValidateArguments& options) {
   if (!options.scene.empty()) {
     const Scene scene = ReadScene(options.scene);
     scene_law = SceneLaw{scene.name, scene.force};
+    CheckValidationInputsNotOverwritten(ListInputs(scene, options.scene), options.folder);
   }
   const std::vector<MeasuredSet> sets = options.sets.empty() ? BuiltInSets() : ReadSets(options.sets);
   const FolderLock lock(options.folder);  // taken before the long computation
@@ -88,7 +93,8 @@ void AddValidateCommand(CLI::App& app) {
   command
       ->add_option("--laws", options->laws,
                    "Force laws to compare, separated by commas, with their default parameters; default: all")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--sets", options->sets,
                       "Folder with further sets of measurements (NAME.toml, docs/formats.md); a set replaces the "
                       "built-in one of the same name");

@@ -16,6 +16,7 @@
 #include "experiment/uncertainty/shard_file.h"
 #include "experiment/uncertainty/uncertain_files.h"
 #include "kerf/error.h"
+#include "session/run/run_scene.h"
 #include "session/scene/warnings.h"
 #include "view/picture/picture.h"
 
@@ -57,10 +58,11 @@ void FinishUncertain(const UncertainRun& run, const Scene& scene, const Uncertai
   }
 }
 
-void WriteShard(const Scene& scene, const UncertainArguments& options, Shard shard, const UncertainRequest& request) {
+void WriteShard(const Scene& scene, const UncertainArguments& options, Shard shard, const UncertainRequest& request,
+                const std::vector<std::string>& inputs) {
   const std::string folder = FolderOfShard(request.folder, shard);
   const std::string file = folder + "/" + kSamplesFile;
-  CheckInputsNotOverwritten({request.scene}, {file});
+  CheckInputsNotOverwritten(inputs, {file});
   const FolderLock lock(folder);
   const UncertainRun run = Compute(scene, options.params, shard);
   WriteTextFile(file, FormatSamples(run, shard));
@@ -78,13 +80,16 @@ void RunUncertainCommand(UncertainArguments options, const UncertainRequest& req
   const std::optional<Shard> shard = ParseShard(options.shard);
   Scene scene = ReadScene(request.scene);
   if (!options.fit.empty()) {
-    options.params.fit = ParseFit(ReadTextFile(options.fit, kMaxFitBytes), options.fit, scene.force);
+    options.params.fit = ParseFit(ReadTextFile(options.fit, kMaxFitBytes), options.fit, scene.force,
+                                  1000 * CalcTooth(MakeTool(scene)).edge_radius_mm);
   }
   if (request.no_pictures) scene.output.pictures = false;
   for (const std::string& warning : FindWarnings(scene, 0)) SayWarning("{}", warning);
-  if (shard) return WriteShard(scene, options, *shard, request);
+  std::vector<std::string> inputs = ListInputs(scene, request.scene);
+  inputs.push_back(options.fit);
+  if (shard) return WriteShard(scene, options, *shard, request, inputs);
   if (scene.output.pictures) RequirePictures();
-  CheckUncertainInputsNotOverwritten(scene, request.scene, request.folder);
+  CheckUncertainInputsNotOverwritten(inputs, request.folder);
   const FolderLock lock(request.folder);
   if (!options.merge) return FinishUncertain(Compute(scene, options.params, shard), scene, request);
   const MergedRun merged = MergeSamples(request.folder, scene, options.params);

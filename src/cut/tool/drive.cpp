@@ -49,10 +49,6 @@ double SumParts(double phase_rad, double advance_rad, double half_period, Integr
 
 }  // namespace
 
-double CalcOrdinaryRate(const Tool& tool) {
-  return CallKind(tool, [](auto kind, const auto&) { return kind.kOrdinaryRate_per_min; });
-}
-
 double CalcLeastPassRate(const Tool& tool, double rpm) {
   const Drive drive(tool);
   if (!drive.strokes()) return CountPassesPerTurn(tool) * std::abs(rpm) / 60;

@@ -38,9 +38,6 @@ struct StrokeBites {
   std::span<const BitePart> span() const { return std::span(parts).first(static_cast<std::size_t>(count)); }
 };
 
-/// Returns an ordinary speed of this kind of tool, in the terms of `rpm`: a scene has it if it states none.
-double CalcOrdinaryRate(const Tool& tool);
-
 /// Returns the smallest number of teeth that pass a place in a second, so that the feed divided by it is the largest
 /// bite of a tooth. For a stroke this is just before a tooth reaches the turning point of the tooth in front.
 double CalcLeastPassRate(const Tool& tool, double rpm);

@@ -82,6 +82,10 @@ Range CalcRateRange(const Tool& tool) {
   });
 }
 
+double CalcOrdinaryRate(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) { return kind.kOrdinaryRate_per_min; });
+}
+
 double CalcCutWidth(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcCutWidth(t); });
 }

@@ -96,6 +96,9 @@ class MeasurementReader {
 
   Measurements Finish(const std::string& file) {
     if (data_.rows() == 0) throw Error(fmt::format("{}: no rows below the header", file));
+    if (std::ranges::all_of(data_.observations, [](const ForceObservation& o) { return o.force_N == 0; })) {
+      throw Error(fmt::format("{}: all forces are 0", file));
+    }
     data_.specimens = specimens_.size();
     data_.groups = data_.specimens;
     if (data_.specimens < 2) {

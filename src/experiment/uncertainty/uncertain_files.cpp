@@ -219,10 +219,10 @@ std::string DescribeUncertain(const UncertainRun& run, const UncertainResult& re
   return text;
 }
 
-void CheckUncertainInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+void CheckUncertainInputsNotOverwritten(const std::vector<std::string>& inputs, const std::string& folder) {
   std::vector<std::string> outputs;
   for (const char* name : kUncertainFiles) outputs.push_back(folder + "/" + name);
-  CheckInputsNotOverwritten(ListInputs(scene, scene_file), outputs);
+  CheckInputsNotOverwritten(inputs, outputs);
 }
 
 std::vector<std::string> WriteUncertain(const UncertainRun& run, const UncertainResult& result,

@@ -21,7 +21,7 @@ PlotSpec MakeBandPlot(const UncertainRun& run, const UncertainResult& result);
 std::string DescribeUncertain(const UncertainRun& run, const UncertainResult& result);
 
 /// Throws kerf::Error if a result in `folder` would overwrite the scene or a file that it refers to.
-void CheckUncertainInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder);
+void CheckUncertainInputsNotOverwritten(const std::vector<std::string>& inputs, const std::string& folder);
 
 /// Writes band.csv, report.md, band.png (if `pictures`) and uncertain.json into `folder` (created if missing). Each
 /// file is written completely or not at all, uncertain.json last. Returns their names. Throws kerf::Error if a file

@@ -1,18 +1,25 @@
 #include "experiment/validation/law_access.h"
 
+#include <cmath>
 #include <string_view>
 
+#include "cut/force/density.h"
 #include "cut/force/measured.h"
 #include "kerf/material.h"
 
 namespace kerf {
 
-LawOnTooth::LawOnTooth(const ForceLaw& law, const Tool& tool) : force_(MakeToothForce(law, tool)), tool_(tool) {}
+LawOnTooth::LawOnTooth(const ForceLaw& law, const Tool& tool)
+    : force_(MakeToothForce(law, tool)), tool_(tool), modulus_exponent_(kModulusExponent.default_value) {
+  for (const LawParameter& parameter : law.info().parameters) {
+    if (parameter.key == std::string_view(kModulusExponent.key)) modulus_exponent_ = law.Get(parameter.key);
+  }
+}
 
 ToothForces LawOnTooth::operator()(const ToothState& state) const {
   ToothCut cut = MakeMeasuredBone(tool_);
   cut.speed_mm_per_s = state.speed_mm_per_s;
-  cut.E_MPa = kMeasuredE_MPa * state.density;
+  cut.E_MPa = kMeasuredE_MPa * std::pow(state.density, modulus_exponent_);
   cut.E_star_MPa = CalcReducedModulus(CalcModulus(tool_), CalcPoissonRatio(tool_), cut.E_MPa, kMeasuredPoissonRatio);
   return {force_(state.bite_mm, cut), CalcCuttingForce(force_, state.bite_mm, cut)};
 }

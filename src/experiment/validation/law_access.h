@@ -20,7 +20,7 @@ struct ToothForces {
 struct ToothState {
   double bite_mm = 0;
   double speed_mm_per_s = 0;
-  double density = 1;  // relative; Young's modulus is taken as proportional to it
+  double density = 1;  // relative; E ~ density^b, with the b of the law, or 1.93 if the law has none
 };
 
 /// A law prepared for a tool that cuts the bone of the measurements.
@@ -33,6 +33,7 @@ class LawOnTooth {
  private:
   ToothForce force_;
   Tool tool_;
+  double modulus_exponent_;
 };
 
 /// Returns true if the law has a cutting force of its own.

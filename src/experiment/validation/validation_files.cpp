@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
@@ -13,6 +14,8 @@ namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
+
+constexpr const char* kTextFiles[] = {"report.md", "values.csv", "trends.csv", "teeth.csv", "blades.csv"};
 
 TableCell Finite(double value) {
   return std::isfinite(value) ? TableCell(value) : TableCell();
@@ -209,11 +212,17 @@ std::string FormatValidationJson(const Validation& v) {
   return DumpJson(json);
 }
 
+void CheckValidationInputsNotOverwritten(const std::vector<std::string>& inputs, const std::string& folder) {
+  std::vector<std::string> outputs{folder + "/validate.json"};
+  for (const char* name : kTextFiles) outputs.push_back(folder + "/" + name);
+  CheckInputsNotOverwritten(inputs, outputs);
+}
+
 std::vector<std::string> WriteValidation(const Validation& v, const std::string& folder) {
   MakeFolder(folder);
   FileBatch results(folder, "validate.json");
   const std::string in = folder + "/";
-  std::vector<std::string> files{"report.md", "values.csv", "trends.csv", "teeth.csv", "blades.csv"};
+  std::vector<std::string> files(std::begin(kTextFiles), std::end(kTextFiles));
   for (const ValidationFigure& figure : MakeValidationFigures(v)) {
     files.push_back(figure.name + ".png");
     WritePlot(figure.plot, in + files.back());

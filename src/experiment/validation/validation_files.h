@@ -29,6 +29,9 @@ std::vector<ValidationFigure> MakeValidationFigures(const Validation& v);
 std::string FormatValidationReport(const Validation& v);
 std::string FormatValidationJson(const Validation& v);
 
+/// Throws Error if WriteValidation() would replace one of `inputs`.
+void CheckValidationInputsNotOverwritten(const std::vector<std::string>& inputs, const std::string& folder);
+
 /// Writes report.md, values.csv, trends.csv, teeth.csv, blades.csv, the figures and validate.json into `folder`
 /// (created if missing). Each file is written completely or not at all, validate.json last. Returns their names. Throws
 /// Error if a file cannot be written.

@@ -166,8 +166,8 @@ double RunSummary::CalcOut_mm3() const {
 }
 
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
-  std::vector<std::string> inputs{scene_file,      scene.bone.file,  scene.bone.materials, scene.material.ct_law_file,
-                                  scene.path.file, scene.device.file};
+  std::vector<std::string> inputs{scene_file,      scene.bone.file,   scene.bone.materials, scene.material.ct_law_file,
+                                  scene.path.file, scene.device.file, scene.force_file};
   inputs.insert(inputs.end(), scene.plan_files.begin(), scene.plan_files.end());
   for (const EffectChoice& effect : scene.effects) {
     for (const auto& file : effect.files()) {

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/files/files.h"
+#include "cut/force/density.h"
 #include "kerf/error.h"
 #include "session/scene/file_names.h"
 #include "session/scene/schema.h"
@@ -70,12 +74,23 @@ ForceTableFile ReadForce(TableReader& root, ForceLaw& law, const std::string& sc
     reader.Node(key);  // known, so that Finish() does not report it again
     reader.Fault(key, fmt::format("{} is not used: the law {} reads no table; remove it", key, law.name()));
   }
+  std::map<std::string_view, std::string> owners;  // other laws with a key
   for (const ForceLawInfo* other : ForceLaws()) {
     for (const LawParameter& parameter : other->parameters) {
       if (!reader.Has(parameter.key) || reader.Known(parameter.key)) continue;
-      reader.Fault(parameter.key, fmt::format("{} is not used: it belongs to {} and the law is {}; remove it",
-                                              parameter.key, other->name, law.name()));
+      std::string& names = owners[parameter.key];
+      names += (names.empty() ? "" : " and ") + std::string(other->name);
     }
+  }
+  for (const auto& [key, names] : owners) {
+    const std::string name(key);
+    reader.Fault(name.c_str(),
+                 fmt::format("{} is not used: it belongs to {}, and the law is {}; remove it", key, names, law.name()));
+  }
+  for (const LawParameter* parameter : {&kModulusExponent, &kDensityReferenceE}) {
+    if (!reader.Has(parameter->key) || !reader.Known(parameter->key) || law.Get("density_exponent") > 0) continue;
+    if (law.Get(parameter->key) == parameter->default_value) continue;  // as a scene that kerf wrote
+    reader.Fault(parameter->key, fmt::format("{} is not used without density_exponent; remove it", parameter->key));
   }
   reader.Finish();
   return file;

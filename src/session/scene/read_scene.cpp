@@ -416,6 +416,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   faults.ThrowIfAny();
 
   ReadForceTableFile(force_file, scene.force);
+  scene.force_file = force_file.file;
   ReadEffectFiles(scene.effects, document, file);
   ReadPlanFiles(plan_files, scene.plan);
   for (const PlanFile& plan_file : plan_files) scene.plan_files.push_back(plan_file.file);

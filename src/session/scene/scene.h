@@ -128,6 +128,7 @@ struct Scene {
   SceneTool tool;
   ScenePath path;
   ForceLaw force;
+  std::string force_file;  // table that the law was read from; empty: none
   SceneSimulation simulation;
   SceneSlab slab;
   SceneOutput output;

@@ -294,6 +294,23 @@ TEST_F(Program, NoCommandOverwritesAnInput) {
   };
   refused("run s.toml -o out", "s.toml", "out/scene.toml");
   refused("scene s.toml -o out/scene.toml", "s.toml", "out/scene.toml");
+  // The table of a force law, with the name of a result of each command.
+  const std::string table = test::Slurp(KERF_SOURCE_DIR "/volumes/force_table.csv");
+  std::filesystem::create_directory(folder_ / "in");
+  for (const auto& [name, command] :
+       {std::pair{"forces.csv", "run"}, {"forces.csv", "loop --virtual --seconds 1"}, {"teeth.csv", "validate"}}) {
+    Write(std::string("in/") + name, table);
+    Write("law.toml", fmt::format("{}[force]\nlaw = \"tabulated\"\nfile = \"in/{}\"\n", scene, name));
+    refused(fmt::format("{} law.toml -o in", command), fmt::format("in/{}", name), fmt::format("in/{}", name));
+    EXPECT_EQ(test::Slurp(folder_ / "in" / name), table);
+  }
+  // A fit, by the band that is made with it.
+  ASSERT_EQ(Kerf("calibrate " KERF_SOURCE_DIR "/examples/synthetic_forces.csv --bootstrap 0 -o fit").code, 0);
+  std::filesystem::rename(folder_ / "fit/calibrate.json", folder_ / "in/uncertain.json");
+  Write("fitted.toml", scene + test::Slurp(folder_ / "fit/law.toml"));
+  const ProgramResult band = Kerf("run fitted.toml --uncertain 2 --fit in/uncertain.json -o in");
+  EXPECT_EQ(band.code, 1);
+  EXPECT_THAT(band.err, HasSubstr("in/uncertain.json: is an input and would be overwritten"));
   EXPECT_EQ(test::Slurp(folder_ / "s.toml"), scene);
   for (const char* name : {"slice.stl", "cut.png", "piece_7.stl"}) {
     Write(std::string("out/") + name, "a table");

@@ -51,6 +51,8 @@ TEST_F(Validate, BadUsageIsRefusedInOneSentence) {
   auto result = Kerf("validate -o out --laws hertz");
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; available: two_component, hertz_chip"));
+  result = Kerf("validate --laws two_component none.toml -o out");  // one value: the scene is not a law
+  EXPECT_THAT(result.err, HasSubstr("none.toml: there is no such file"));
   result = Kerf("validate -o out --sets none");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("kerf: cannot read the folder none: No such file or directory\n"));

@@ -63,6 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"", "data.csv: no header; it needs bite_mm, width_mm and a force"},
         Mistake{"# only this\n", "data.csv: no header; it needs bite_mm, width_mm and a force"},
         Mistake{"bite_mm,width_mm,thrust_N\n", "data.csv: no rows below the header"},
+        Mistake{"bite_mm,width_mm,thrust_N\n0.004,0.64,0\n0.005,0.64,0\n", "data.csv: all forces are 0"},
         Mistake{"\nbite,width_mm,thrust_N\n", "data.csv:2: unknown column \"bite\"; did you mean \"bite_mm\"?"},
         Mistake{"bite_mm,width_mm,thrust_kN\n", "data.csv:1: unknown column \"thrust_kN\"; did you mean \"thrust_N\"?"},
         Mistake{"bite_mm,width_mm,colour_of_bone\n",

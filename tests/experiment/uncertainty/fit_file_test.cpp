@@ -22,6 +22,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
+constexpr double kEdgeRadius_um = 8;
 const std::string kFitPlunge = test::MakeBlockScene({6.2, 5.2, 20});
 
 Scene ParseWithForce(const std::string& force) {
@@ -45,7 +46,7 @@ TEST(FitFile, BandOfALinearLawIsAsWideAsTheIntervalOfItsCoefficient) {
   constexpr int kSamples = 100;
   const Scene scene = ParseWithForce(kFittedEdge);
   UncertainParams params{.samples = kSamples, .seed = 5, .jobs = 0};
-  params.fit = ParseFit(MakeFitText(9, 7, 11), "calibrate.json", scene.force);
+  params.fit = ParseFit(MakeFitText(9, 7, 11), "calibrate.json", scene.force, kEdgeRadius_um);
   const UncertainRun run = RunUncertain(scene, params, std::nullopt, nullptr);
   ASSERT_EQ(run.head.drawing.drawn.size(), 1u);
   EXPECT_EQ(run.head.drawing.drawn[0].name, "edge_N_per_mm");
@@ -66,7 +67,7 @@ TEST(FitFile, BandOfALinearLawIsAsWideAsTheIntervalOfItsCoefficient) {
 TEST(FitFile, BootstrapOverSpecimensIsPreferredAndEndsAreWithinTheRange) {
   const ForceLaw law = ParseWithForce(kFittedEdge).force;
   const auto interval = [&](const std::string& of) {
-    const auto fit = ParseFit(MakeFitText(9, -2, 11, "[8, 10]", of), "calibrate.json", law);
+    const auto fit = ParseFit(MakeFitText(9, -2, 11, "[8, 10]", of), "calibrate.json", law, kEdgeRadius_um);
     return std::pair(fit.at(0).lower, fit.at(0).upper);
   };
   EXPECT_EQ(interval("specimens"), std::pair(8.0, 10.0));
@@ -79,7 +80,7 @@ TEST(FitFile, FilesOfKerfCalibrateAreDrawnFromTheirIntervals) {
   const Measurements data = test::MakeUpForces(linear, test::kTrueCoefficients, 6, 0.2, false, random);
   const Calibration c = CalibrateLaw(linear, data, {.bootstrap = 0}, "forces.csv");
   const Scene scene = ParseWithForce(FormatLawBlock(c));
-  const auto fit = ParseFit(FormatCalibrationJson(c), "calibrate.json", scene.force);
+  const auto fit = ParseFit(FormatCalibrationJson(c), "calibrate.json", scene.force, kEdgeRadius_um);
   const Drawing drawing = FindDrawing(scene, MakeSceneBone(scene, nullptr), {}, fit);
   ASSERT_GE(drawing.drawn.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
@@ -98,7 +99,7 @@ TEST(FitFile, FilesOfKerfCalibrateAreDrawnFromTheirIntervals) {
 TEST(FitFile, AFitOfOtherValuesIsRefused) {
   const ForceLaw law = ParseWithForce(kFittedEdge).force;
   const auto message = [](const std::string& text, const ForceLaw& of) {
-    return test::MessageOf([&] { ParseFit(text, "calibrate.json", of); });
+    return test::MessageOf([&] { ParseFit(text, "calibrate.json", of, kEdgeRadius_um); });
   };
   EXPECT_EQ(
       message(MakeFitText(9.01, 7, 11), law),
@@ -108,8 +109,9 @@ TEST(FitFile, AFitOfOtherValuesIsRefused) {
               HasSubstr("it is a fit of the law edge_plus_chip, and the scene has two_component"));
   EXPECT_THAT(message("{}", law), HasSubstr("is not a calibrate.json of 'kerf calibrate', or is damaged"));
   EXPECT_THAT(message("edge", law), HasSubstr("calibrate.json"));
-  EXPECT_THAT(message(MakeFitText(9, 11, 7), law), HasSubstr("[11,7] is not an interval of edge_N_per_mm"));
+  EXPECT_THAT(message(MakeFitText(9, 11, 7), law), HasSubstr("[11,7] is not an interval about edge_N_per_mm = 9"));
   EXPECT_THAT(message(MakeFitText(9, 7, 11, "[7, 8, 9]", "specimens"), law), HasSubstr("is not an interval"));
+  EXPECT_THAT(message(MakeFitText(9, 10, 11), law), HasSubstr("[10,11] is not an interval about edge_N_per_mm = 9"));
   const auto changed = [](const std::string& from, const std::string& to) {
     std::string text = MakeFitText(9, 7, 11);
     return text.replace(text.find(from), from.size(), to);
@@ -119,6 +121,14 @@ TEST(FitFile, AFitOfOtherValuesIsRefused) {
   std::string twice = changed("\"chip_N_per_mm2\", \"state\": \"kept\", \"value\": 0",
                               "\"edge_N_per_mm\", \"state\": \"fitted\", \"value\": 9");
   EXPECT_THAT(message(twice, law), HasSubstr("edge_N_per_mm is listed twice"));
+  EXPECT_THAT(message(changed("\"fitted\"", "\"kept\""), law), HasSubstr("it has no fitted parameter"));
+  const auto of_an_edge = [&](double edge_um) {
+    return changed("\"chip_N_per_mm2\", \"state\": \"kept\", \"value\": 0",
+                   fmt::format("\"edge_radius_um\", \"state\": \"kept\", \"value\": {}", edge_um));
+  };
+  EXPECT_THAT(message(of_an_edge(20), law),
+              HasSubstr("its edge_radius_um is 20, and the scene has 8; use a tool with that edge"));
+  EXPECT_EQ(message(of_an_edge(kEdgeRadius_um), law), "");
 }
 
 }  // namespace

@@ -400,7 +400,7 @@ TEST(UncertainFiles, AreWrittenAndTheirInputsAreKept) {
   const std::string report = ReadTextFile(folder.file("report.md"));
   EXPECT_THAT(report, HasSubstr("`chip_N_per_mm2`: the scene sets 0; the default is 530"));
   EXPECT_THAT(DescribeUncertain(run, result), HasSubstr("not drawn chip_N_per_mm2: the scene sets 0"));
-  EXPECT_THROW(CheckUncertainInputsNotOverwritten(scene, folder.file("band.csv"), folder.path()), Error);
+  EXPECT_THROW(CheckUncertainInputsNotOverwritten({folder.file("band.csv")}, folder.path()), Error);
 }
 
 }  // namespace

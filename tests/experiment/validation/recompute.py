@@ -35,7 +35,7 @@ DISC = (22, 24)  # mm, teeth
 
 
 def reduced_modulus(density):
-    return 1 / ((1 - STEEL[1] ** 2) / STEEL[0] + (1 - BONE[1] ** 2) / (BONE[0] * density))
+    return 1 / ((1 - STEEL[1] ** 2) / STEEL[0] + (1 - BONE[1] ** 2) / (BONE[0] * density ** 1.93))  # E follows the density, docs/physics.md
 
 
 def hertz_chip(p, tool, bite, density):

@@ -77,8 +77,14 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"SlabOfABall", test::ShortScene() + "[tool]\nshape = \"ball\"\n[simulation]\nmode = \"slab\"\n",
                 "s.toml:10:2: slab mode requires a disc, but [tool] shape is \"ball\""},
         Mistake{"KeyOfAnotherLaw", test::ShortScene() + "[force]\ncontact_share_of_pitch = 0.02\n",
-                "s.toml:9:1: contact_share_of_pitch is not used: it belongs to hertz_constant_bite and the law is "
+                "s.toml:9:1: contact_share_of_pitch is not used: it belongs to hertz_constant_bite, and the law is "
                 "two_component; remove it"},
+        Mistake{"DensityKeyWithoutItsExponent", test::ShortScene() + "[force]\nmodulus_exponent = 1\n",
+                "s.toml:9:1: modulus_exponent is not used without density_exponent; remove it"},
+        Mistake{
+            "KeyOfTwoOtherLaws", test::ShortScene() + "[force]\nlaw = \"hertz_chip\"\ndensity_exponent = 1\n",
+            "s.toml:10:1: density_exponent is not used: it belongs to two_component and edge_plus_chip, and the law "
+            "is hertz_chip; remove it"},
         Mistake{"UnknownLaw", test::ShortScene() + "[force]\nedge_N_per_mm = 3\nlaw = \"edge\"\n",
                 "s.toml:10:1: law = \"edge\" is unknown; it must be \"two_component\" or \"hertz_chip\" or "
                 "\"hertz_constant_bite\" or \"edge_plus_chip\" or \"tabulated\""},
