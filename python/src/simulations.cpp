@@ -631,8 +631,9 @@ law_parameters, a dict. effects: a name, a list of names, or a dict from name to
 parameters; None: only kerf_friction.
 
 Poses are arrays of 3 numbers (position, mm), 7 numbers (position and unit quaternion w, x, y, z) or 4 x 4. rpm: spindle
-speed, its sign is the sense about z of the tool; None: that of the scene, or without a scene an ordinary speed
-of the kind of tool, in the sense in which it cuts. A simulation can be used by one thread at a time; several simulations run in parallel.
+speed, its sign is the sense about z of the tool; None: that of the scene, or without a scene an ordinary speed of the
+kind of tool, in the sense in which it cuts. A simulation can be used by one thread at a time; several simulations run
+in parallel.
 
 Parameters, each by name:
 )" + ListParameters<SimulationParams>();
