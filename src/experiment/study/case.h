@@ -64,7 +64,7 @@ struct StudyReference {
   double removed_mm3 = 0;            // over the whole path
   std::shared_ptr<const ExactBone> bone;
 };
-/// Returns the law and the material of the settings if they are not kerf's defaults, e.g. "law=..."; empty otherwise.
+/// Returns the law, unless it is hertz_chip, and the material, unless it is "regions", e.g. "law=two_component".
 /// On the same path and with the same holding, settings with the same string share a reference.
 std::string VariantOf(const StudySettings& settings);
 /// Refines the reference until two successive refinements differ by at most `tolerance` (a fraction of the force, as

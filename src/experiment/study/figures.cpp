@@ -65,7 +65,7 @@ void AddFront(PlotSpec& plot, const std::vector<PooledSetting>& settings, Kind k
   std::vector<const PooledSetting*> ranked;
   std::vector<CostAndError> points;
   for (const PooledSetting& setting : settings) {
-    if (!IsRanked(setting) || !IsDrawn(setting, kind)) continue;
+    if (!setting.ranked || !IsDrawn(setting, kind)) continue;
     ranked.push_back(&setting);
     points.push_back({TimeOf(setting, kind), 100 * ErrorOf(setting, kind).value});
   }

@@ -6,14 +6,14 @@
 
 namespace kerf {
 
-/// The defaults are kerf's own, but for the law, which is that of docs/accuracy.md.
+/// The defaults are kerf's own.
 struct StudySettings {
   double voxel_mm = 0.1;
   int rim_samples_per_pitch = 16;
   int substeps = 1;  // minimum per tick
   double rate_hz = 1000;
   int carve_interval_ticks = 1;  // ticks between two removals of bone
-  std::string law = "hertz_chip";
+  std::string law = "two_component";
   std::string material = "regions";
   int precision_bits = 24;       // bits of the significand of the distances in the voxels: 24 as in float, 11 as in
                                  // half

@@ -55,6 +55,7 @@ void Finish(const StudyResults& study, const PooledSetting& defaults, PooledSett
     setting.p99_us = ticks_per_ms * tick.p99_us;
     setting.slowest_path = record->path;
   }
+  setting.ranked = setting.complete && setting.timed && !ChoosesPhysics(setting.knob) && !WasBusy(study.machine);
   std::sort(errors.begin(), errors.end(), [](const SafeError& a, const SafeError& b) { return a.value < b.value; });
   // For an even number of paths, this is the upper of the two middle values, so that it is the value of an actual path.
   setting.median = errors[errors.size() / 2];
@@ -181,15 +182,15 @@ std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, c
   return curve;
 }
 
-bool IsRanked(const PooledSetting& setting) {
-  return setting.complete && setting.timed && !ChoosesPhysics(setting.knob);
+bool WasBusy(const RunInfo& machine) {
+  return machine.load > 0.25 * std::max(1, machine.cores);
 }
 
 std::vector<std::size_t> FindFront(const std::vector<PooledSetting>& settings) {
   std::vector<std::size_t> ranked;
   std::vector<CostAndError> points;
   for (std::size_t i = 0; i < settings.size(); ++i) {
-    if (!IsRanked(settings[i])) continue;
+    if (!settings[i].ranked) continue;
     ranked.push_back(i);
     points.push_back({settings[i].p99_us, settings[i].worst.value});
   }

@@ -32,8 +32,11 @@ struct PooledSetting {
   std::size_t paths = 0;  // number of paths with results
   bool complete = false;  // true if it has results on all paths on which the defaults have
   bool timed = false;     // true if it has times on all of `paths`
-  SafeError worst;        // force_p95 on the path on which it is largest
-  SafeError median;       // over the paths
+  // True if it is complete and timed, does not change the physics, and the machine was idle. Only such settings are on
+  // the Pareto front and compared by their times.
+  bool ranked = false;
+  SafeError worst;   // force_p95 on the path on which it is largest
+  SafeError median;  // over the paths
   std::string worst_path;
   double p50_us = 0;   // median over the paths
   double p99_us = 0;   // of the slowest path
@@ -45,6 +48,9 @@ struct PooledSetting {
   std::string Name() const;
 };
 
+/// Returns true if other programs may have slowed some settings more than others: the load before the run was more than
+/// a quarter of the cores. No setting is ranked then.
+bool WasBusy(const RunInfo& machine);
 /// Returns true if the knob determines what is simulated rather than how accurately: its settings have their own
 /// references, or no fair one.
 bool ChoosesPhysics(const std::string& knob);
@@ -68,11 +74,8 @@ std::vector<PooledSetting> PoolSettings(const StudyResults& study, Holding holdi
 /// there are only the defaults.
 std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, const StudySettings& base,
                                    const std::string& knob);
-/// Returns the indices of the Pareto-optimal settings in ascending order of time. Only settings that are
-/// complete and timed and that do not change the physics are considered.
+/// Returns the indices of the Pareto-optimal settings among those that are ranked, in ascending order of time.
 std::vector<std::size_t> FindFront(const std::vector<PooledSetting>& settings);
-/// Returns true if a setting may appear in the Pareto front and in the tables of the best settings.
-bool IsRanked(const PooledSetting& setting);
 std::vector<Holding> HoldingsOf(const StudyResults& study);
 
 /// Errors as a function of a knob's number: force_p95, or for heat the temperature.

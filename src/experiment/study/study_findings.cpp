@@ -14,8 +14,6 @@
 namespace kerf {
 namespace {
 
-/// Load before the run from which other programs may have slowed some settings more than others.
-constexpr double kBusyLoad = 0.5;
 /// Errors and times within these fractions are treated as equal.
 constexpr double kAlikeErrors = 0.03;
 constexpr double kAlikeTimes = 0.05;
@@ -94,7 +92,7 @@ void SayImpulse(std::string& text, const PooledSetting& defaults) {
 void SayFront(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
   const PooledSetting* better = nullptr;
   for (const PooledSetting& s : settings) {
-    if (!IsRanked(s) || s.is_default || s.p99_us > defaults.p99_us || s.worst.value > defaults.worst.value) continue;
+    if (!s.ranked || s.is_default || s.p99_us > defaults.p99_us || s.worst.value > defaults.worst.value) continue;
     if (s.p99_us == defaults.p99_us && s.worst.value == defaults.worst.value) continue;
     if (better == nullptr || s.worst.value < better->worst.value) better = &s;
   }
@@ -125,7 +123,7 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
   std::vector<std::string> wasted;
   std::vector<std::string> idle;
   for (const PooledSetting& s : settings) {
-    if (!IsRanked(s) || s.is_default) continue;
+    if (!s.ranked || s.is_default) continue;
     const bool slower = s.p99_us > (1 + kAlikeTimes) * d.p99_us;
     const bool faster = s.p99_us < (1 - kAlikeTimes) * d.p99_us;
     const bool better = s.worst.value < (1 - kAlikeErrors) * d.worst.value;
@@ -177,7 +175,7 @@ void SayComparison(std::string& text, const std::vector<PooledSetting>& settings
   for (const PooledSetting& s : settings) {
     if (s.is_default) continue;
     if (!s.timed) ++untimed;
-    any = any || IsRanked(s);
+    any = any || s.ranked;
   }
   if (untimed > 0) {
     Say(text, "{} setting{} not timed on every path and {} left out of all rankings and time diagrams.", untimed,
@@ -218,7 +216,7 @@ void SaySlab(std::string& text, const StudyResults& study, Holding holding) {
     if (s.is_default) voxel = &s;
     if (s.knob == "method" && s.value == "slab") slab = &s;
   }
-  if (slab == nullptr || voxel == nullptr || !slab->timed || !voxel->timed) return;
+  if (slab == nullptr || voxel == nullptr || !slab->timed || !voxel->timed || WasBusy(study.machine)) return;
   Say(text,
       "On the {} path{} that both can run, the slab takes {} us at p99 and the voxels take {} us, {} times as long; "
       "the force of the slab is off by {} (worst path; median {}), that of the voxels by {}.",
@@ -258,14 +256,16 @@ void SayOrders(std::string& text, const StudyResults& study, Holding holding) {
     else
       steeper.push_back(words);
   }
-  if (!as_theory.empty()) Say(text, "At the coarse end the order agrees with theory for {}.", JoinWords(as_theory));
+  if (!as_theory.empty()) Say(text, "The order at the coarse end agrees with theory for {}.", JoinWords(as_theory));
   if (!flatter.empty()) {
     Say(text,
-        "It is lower for {}, probably because each of these knobs leaves the error contributions of the others "
-        "unchanged.",
+        "The order at the coarse end is lower than in theory for {}, probably because each of these knobs leaves the "
+        "error contributions of the others unchanged.",
         JoinWords(flatter));
   }
-  if (!steeper.empty()) Say(text, "It is higher than in theory for {}.", JoinWords(steeper));
+  if (!steeper.empty()) {
+    Say(text, "The order at the coarse end is higher than in theory for {}.", JoinWords(steeper));
+  }
 }
 
 void SayReferences(std::string& text, const StudyResults& study, Holding holding) {
@@ -315,11 +315,11 @@ std::string DescribeFindings(const StudyResults& study, Holding holding) {
   } else {
     SayCriteria(text, study, *found);
     SayImpulse(text, *found);
-    if (found->timed && study.machine.load > kBusyLoad) {
+    if (WasBusy(study.machine)) {
       Say(text,
-          "Settings are not compared by their times, because the machine was busy: its load before the run was {:.1f}. "
-          "Repeat the study on an idle machine.",
-          study.machine.load);
+          "Settings are not compared by their times, because the machine was busy: its "
+          "load before the run was {:.1f}, with {} cores. Repeat the study on an idle machine.",
+          study.machine.load, study.machine.cores);
     } else if (found->timed) {
       SayComparison(text, settings, *found);
     } else {

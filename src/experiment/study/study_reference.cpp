@@ -164,7 +164,8 @@ double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw) {
 std::string VariantOf(const StudySettings& settings) {
   const StudySettings base;
   std::string variant;
-  if (settings.law != base.law) variant += "law=" + settings.law;
+  // The law is that of studies made when it was the default, so that their records are still found.
+  if (settings.law != "hertz_chip") variant += "law=" + settings.law;
   if (settings.material != base.material)
     variant.append(variant.empty() ? "" : ",").append("material=").append(settings.material);
   return variant;

@@ -51,7 +51,8 @@ void AddHolding(std::string& text, const StudyResults& study, Holding holding,
   AddPart(text, "The cheapest within an error limit", ForceNote(), EqualErrorTable(study, holding));
   AddPart(text, "Voxels against the slab", ForceNote(), SlabTable(study, holding));
   AddPart(text, "Orders",
-          "The slope of log error against log value; if it is positive, a smaller value gives a smaller error.",
+          "The slope of log error against log value; if it is positive, a smaller value gives a smaller error. In "
+          "brackets: its 95 % interval over the paths, if there are at least three.",
           OrdersTable(study, holding));
   AddFigures(text, figures, holding, true);
   AddPart(text, "All settings", ForceNote(), SettingsTable(study, holding));

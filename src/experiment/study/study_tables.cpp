@@ -80,12 +80,13 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
 
 std::string EqualTimeTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
+  if (std::none_of(settings.begin(), settings.end(), [](const PooledSetting& s) { return s.ranked; })) return "";
   TextTable table({"limit of p99.9 per simulated ms, on every path", "best setting", "force, p95, worst path",
                    "its p99.9 (us per ms)"});
   for (const double budget_us : {250.0, 500.0, 1000.0}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
-      if (!IsRanked(setting) || setting.p999_us > budget_us) continue;
+      if (!setting.ranked || setting.p999_us > budget_us) continue;
       if (best == nullptr || setting.worst.value < best->worst.value ||
           (setting.worst.value == best->worst.value && setting.p999_us < best->p999_us)) {
         best = &setting;
@@ -102,12 +103,13 @@ std::string EqualTimeTable(const StudyResults& study, Holding holding) {
 
 std::string EqualErrorTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
+  if (std::none_of(settings.begin(), settings.end(), [](const PooledSetting& s) { return s.ranked; })) return "";
   TextTable table({"limit of force, p95, on every path", "cheapest setting", "p99, slowest path (us per ms)",
                    "p99.9 (us per ms)", "its error"});
   for (const double limit : {kTargetForce, kForceJnd}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
-      if (!IsRanked(setting) || setting.worst.value > limit) continue;
+      if (!setting.ranked || setting.worst.value > limit) continue;
       if (best == nullptr || setting.p99_us < best->p99_us) best = &setting;
     }
     if (best == nullptr)
@@ -136,7 +138,7 @@ std::string SettingsTable(const StudyResults& study, Holding holding) {
 }
 
 std::string OrdersTable(const StudyResults& study, Holding holding) {
-  TextTable table({"knob", "over all values (95 %)", "over the coarser half (95 %)", "theory", "paths"});
+  TextTable table({"knob", "over all values", "over the coarser half", "theory", "paths"});
   for (const std::string& name : study.knobs) {
     const std::optional<KnobErrors> errors = MakeKnobErrors(study, holding, name);
     if (!errors || !errors->slope) continue;

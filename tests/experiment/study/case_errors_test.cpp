@@ -151,6 +151,8 @@ TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
 
 TEST(StudyReference, SettingsThatDifferOnlyInNumericsShareOne) {
   StudySettings settings;
+  EXPECT_EQ(VariantOf(settings), "law=two_component");
+  settings.law = "hertz_chip";
   EXPECT_EQ(VariantOf(settings), "");
   settings.voxel_mm = 0.2;
   settings.method = "slab";

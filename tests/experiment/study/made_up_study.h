@@ -57,6 +57,7 @@ inline CaseRecord MakeCase(Holding holding, const std::string& path, const std::
 /// theoretical order.
 inline StudyResults MakeStudy() {
   StudyResults study;
+  study.base.law = "hertz_chip";  // of its references
   study.name = "made_up";
   study.title = "A study of \"made-up\" figures, to look at";
   study.command = "kerf study made_up.toml -o out/";

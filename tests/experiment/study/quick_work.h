@@ -58,7 +58,7 @@ inline StudyWork MakeQuickWork(QuickWorkLog& log, const std::function<void(int)>
     return path;
   };
   work.variant_of = [](const StudySettings& settings) {
-    return settings.law == "hertz_chip" ? std::string() : "law=" + settings.law;
+    return settings.law == StudySettings{}.law ? std::string() : "law=" + settings.law;
   };
   work.make_reference = [&log, variant_of = work.variant_of](const StudyPath& path, Holding holding,
                                                              const StudySettings& settings, double,

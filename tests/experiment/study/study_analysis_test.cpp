@@ -196,6 +196,10 @@ TEST(StudyFindings, FollowFromTheFigures) {
   text = DescribeFindings(study, Holding::kHand);
   EXPECT_THAT(text, testing::Not(HasSubstr("in no more time")));
   EXPECT_THAT(text, HasSubstr("the machine was busy: its load before the run was 3.0"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("the slab takes")));
+  EXPECT_EQ(EqualTimeTable(study, Holding::kHand), "");
+  EXPECT_EQ(EqualErrorTable(study, Holding::kHand), "");
+  EXPECT_TRUE(FindFront(PoolSettings(study, Holding::kHand)).empty());
 }
 
 TEST(StudyFindings, ClaimNothingAboutSettingsNotTimedOnEveryPath) {

@@ -215,7 +215,7 @@ TEST(StudyFile, LawIsThatOfTheScenesUnlessTheBaseNamesOne) {
     test::WriteBytes(folder.file("study.toml"), text);
     return ReadStudyFile(folder.file("study.toml"), kStudyFilePaths).base.law;
   };
-  EXPECT_EQ(law_of(""), "hertz_chip");  // of the study's own paths
+  EXPECT_EQ(law_of(""), ForceLaw().name());  // of the study's own paths
   EXPECT_EQ(law_of(a), ForceLaw().name());
   EXPECT_EQ(law_of(b), "edge_plus_chip");
   EXPECT_EQ(law_of("[base]\nlaw = \"hertz_chip\"\n" + a + b), "hertz_chip");
