@@ -87,7 +87,8 @@ const Columns<ReferenceRecord>& ReferenceColumns() {
   static const Columns<Record> kColumns{
       {"holding", "{}", "as in `cases.csv`", [](const Record& r) { return ToString(r.holding); }},
       {"path", "{}", "as in `cases.csv`", [](const Record& r) { return Words(r.path); }},
-      {"variant", "{}", "law, unless it is hertz_chip, and material, unless it is that of the regions", [](const Record& r) { return Words(r.variant); }},
+      {"variant", "{}", "law, unless it is hertz_chip, and material, unless it is that of the regions",
+       [](const Record& r) { return Words(r.variant); }},
       {"input_hash", "{}", "hash of the poses", [](const Record& r) { return ShowHash(r.input_hash); }},
       {"force_hash", "{}", "hash of the forces", [](const Record& r) { return ShowHash(r.force_hash); }},
       {"steps_per_tick", "{}", "of the last refinement", &Record::steps_per_tick},
