@@ -144,9 +144,12 @@ void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<Poole
 std::string DescribeReading(const StudyResults& study, const std::vector<PooledSetting>& settings) {
   std::string text = fmt::format(
       "Down and to the left is better; a label is the knob's value, and all else is as {}. Times are per millisecond "
-      "of simulated time. A hollow mark with an arrow means that the error is at most that of the reference. The "
-      "Pareto front contains only settings that were run on every path, without choices of physics (law, material).",
-      DescribeBase(study.base).empty() ? "shipped" : "in the study's base");
+      "of simulated time. A hollow mark with an arrow means that the error is at most that of the reference. {}",
+      DescribeBase(study.base).empty() ? "shipped" : "in the study's base",
+      WasBusy(study.machine)
+          ? "There is no Pareto front, because the machine was busy before the run."
+          : "The Pareto front contains only settings that were run on every path, without choices of physics (law, "
+            "material).");
   std::string incomplete;
   for (const PooledSetting& setting : settings) {
     if (setting.complete) continue;

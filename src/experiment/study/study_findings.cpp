@@ -317,8 +317,8 @@ std::string DescribeFindings(const StudyResults& study, Holding holding) {
     SayImpulse(text, *found);
     if (WasBusy(study.machine)) {
       Say(text,
-          "Settings are not compared by their times, because the machine was busy: its "
-          "load before the run was {:.1f}, with {} cores. Repeat the study on an idle machine.",
+          "Settings are not compared by their times, because the machine was busy: its load before the run was {:.1f}, "
+          "with {} cores. Repeat the study on an idle machine.",
           study.machine.load, study.machine.cores);
     } else if (found->timed) {
       SayComparison(text, settings, *found);

@@ -80,7 +80,7 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
 
 std::string EqualTimeTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  if (std::none_of(settings.begin(), settings.end(), [](const PooledSetting& s) { return s.ranked; })) return "";
+  if (FindFront(settings).empty()) return "";  // no setting is ranked
   TextTable table({"limit of p99.9 per simulated ms, on every path", "best setting", "force, p95, worst path",
                    "its p99.9 (us per ms)"});
   for (const double budget_us : {250.0, 500.0, 1000.0}) {
@@ -103,7 +103,7 @@ std::string EqualTimeTable(const StudyResults& study, Holding holding) {
 
 std::string EqualErrorTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  if (std::none_of(settings.begin(), settings.end(), [](const PooledSetting& s) { return s.ranked; })) return "";
+  if (FindFront(settings).empty()) return "";  // no setting is ranked
   TextTable table({"limit of force, p95, on every path", "cheapest setting", "p99, slowest path (us per ms)",
                    "p99.9 (us per ms)", "its error"});
   for (const double limit : {kTargetForce, kForceJnd}) {

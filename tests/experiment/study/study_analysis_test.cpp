@@ -200,6 +200,9 @@ TEST(StudyFindings, FollowFromTheFigures) {
   EXPECT_EQ(EqualTimeTable(study, Holding::kHand), "");
   EXPECT_EQ(EqualErrorTable(study, Holding::kHand), "");
   EXPECT_TRUE(FindFront(PoolSettings(study, Holding::kHand)).empty());
+  // A quarter of the cores may be busy.
+  study.machine.cores = 12;
+  EXPECT_FALSE(FindFront(PoolSettings(study, Holding::kHand)).empty());
 }
 
 TEST(StudyFindings, ClaimNothingAboutSettingsNotTimedOnEveryPath) {
