@@ -62,6 +62,13 @@ void Finish(const StudyResults& study, const PooledSetting& defaults, PooledSett
   if (!p50_us.empty()) setting.p50_us = MedianOf(p50_us);
 }
 
+/// Returns the error bar of a case's force: that of its reference, and not below kFinestError unless both are exact.
+double BarOf(const StudyResults& study, const CaseRecord& record) {
+  const ReferenceRecord* reference = FindReference(study, record);
+  const double bar = reference != nullptr ? reference->error_bar : 0;
+  return record.errors->force_p95 > 0 ? std::max(bar, kFinestError) : bar;
+}
+
 // The error on the knob's curve, and the error of the reference.
 struct KnobError {
   double value;
@@ -73,8 +80,7 @@ std::optional<KnobError> ReadKnobError(const StudyResults& study, const std::str
     if (!record.errors->temperature_K || !std::isfinite(*record.errors->temperature_K)) return std::nullopt;
     return KnobError{*record.errors->temperature_K, record.errors->temperature_bar_K.value_or(0)};
   }
-  const ReferenceRecord* reference = FindReference(study, record);
-  return KnobError{record.errors->force_p95, reference != nullptr ? reference->error_bar : 0};
+  return KnobError{record.errors->force_p95, BarOf(study, record)};
 }
 
 }  // namespace
@@ -119,8 +125,7 @@ const ReferenceRecord* FindReference(const StudyResults& study, const CaseRecord
 
 SafeError CalcForceError(const StudyResults& study, const CaseRecord& record) {
   const double error = record.errors->force_p95;
-  const ReferenceRecord* reference = FindReference(study, record);
-  const double bar = reference != nullptr ? reference->error_bar : 0;
+  const double bar = BarOf(study, record);
   return bar > 0 && error <= bar ? SafeError{bar, true} : SafeError{error, false};
 }
 
@@ -252,7 +257,7 @@ std::optional<KnobErrors> MakeKnobErrors(const StudyResults& study, Holding hold
       if (point.error.value <= point.error.bar) continue;
       above.numbers.push_back(point.number), above.errors.push_back(point.error.value);
     }
-    if (curve.numbers.empty()) continue;
+    if (above.numbers.empty()) continue;
     errors.paths.push_back(path);
     errors.curves.push_back(std::move(curve));
     errors.above.push_back(std::move(above));

@@ -15,10 +15,14 @@ inline constexpr double kTargetDirection_deg = 9;
 inline constexpr double kTargetVolume = 0.01;
 inline constexpr double kTargetP99_us = 300;
 
+/// Smaller errors of the force, as a fraction, are given as at most this: far below what is felt or measured, and above
+/// rounding.
+inline constexpr double kFinestError = 1e-5;
+
 /// An error that may be quoted because it is never smaller than the error of its reference.
 struct SafeError {
   double value = 0;
-  bool at_most = false;  // true if the error is not above the reference's error bar; `value` is then that bar
+  bool at_most = false;  // true if the error is not above its error bar; `value` is then that bar
 };
 
 /// A setting's errors and times on several paths. Times are per millisecond of simulated time, i.e. the time of a tick
@@ -78,7 +82,8 @@ std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, c
 std::vector<std::size_t> FindFront(const std::vector<PooledSetting>& settings);
 std::vector<Holding> HoldingsOf(const StudyResults& study);
 
-/// Errors as a function of a knob's number: force_p95, or for heat the temperature.
+/// Errors as a function of a knob's number: force_p95, or for heat the temperature. A path without an
+/// error above its error bar has no curve.
 struct KnobErrors {
   std::string knob;
   std::vector<std::string> paths;  // in the order of `curves`

@@ -292,9 +292,10 @@ void SayReferences(std::string& text, const StudyResults& study, Holding holding
   }
   if (cases == 0 || largest <= 0) return;
   Say(text,
-      "The error of the references is at most {} (on `{}`). {} of {} errors are below that of their reference and are "
+      "The error of the references is at most {} (on `{}`). {} of {} errors are below that of their reference, or "
+      "below {}, and are "
       "given as \"at most\"{}.",
-      ShowFraction(largest), of, below == 0 ? "None" : std::to_string(below), cases,
+      ShowFraction(largest), of, below == 0 ? "None" : std::to_string(below), cases, ShowFraction(kFinestError),
       std::isfinite(smallest_ratio)
           ? fmt::format("; the smallest of the others is {} times the error of its reference, and {} less than ten "
                         "times as large",

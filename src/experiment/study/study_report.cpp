@@ -95,8 +95,8 @@ std::string FormatReport(const StudyResults& study, const std::vector<StudyFigur
     AppendFormat(
         text,
         "## References\n\nThe error bar is the difference between the last two refinements. A smaller error is given "
-        "as \"at most\" the error bar.\n\n{}",
-        references);
+        "as \"at most\" the error bar, or at most {}.\n\n{}",
+        ShowFraction(kFinestError), references);
   }
   AppendFormat(text, "## Paths\n\n");
   for (const std::string& path : study.paths) {

@@ -281,6 +281,18 @@ TEST(StudyFindings, OrdersOfTheMadeUpStudyAreRecovered) {
   // defaults' error.
   const KnobErrors voxel = MakeKnobErrors(study, Holding::kHand, "voxel_mm").value();
   EXPECT_NEAR(voxel.slope->slope, 0.95, 0.01);
+  // A path on which only rounding is left has no curve.
+  StudyResults exact = study;
+  for (CaseRecord& record : exact.cases) {
+    if (record.path == "worst" && record.errors) record.errors->force_p95 = 1e-13;
+  }
+  for (ReferenceRecord& reference : exact.references) {
+    if (reference.path == "worst") reference.error_bar = 1e-15;
+  }
+  const KnobErrors others = MakeKnobErrors(exact, Holding::kHand, "voxel_mm").value();
+  EXPECT_THAT(others.paths, testing::Not(testing::Contains("worst")));
+  EXPECT_EQ(others.paths.size() + 1, voxel.paths.size());
+  EXPECT_THAT(DefaultsTable(exact, Holding::kHand), HasSubstr("| worst | at most 0.00100 % |"));
   EXPECT_FALSE(MakeKnobErrors(study, Holding::kHand, "law"));
 }
 
